@@ -1,0 +1,65 @@
+"""The errors a user can meet, and the exit status that belongs to each.
+
+Every error carries one line that says what is wrong, where, and what to do. The command line prints that line and
+leaves with ``exit_status``; nothing else in the program decides on an exit status.
+
+====== ==================================================================
+status meaning
+====== ==================================================================
+0      done
+1      internal error: a fault of snakebot itself
+2      bad input: nothing was opened, nothing moved
+3      the link or the board could not be opened, or the handshake failed
+4      the link or the board was lost in mid-run; the robot was left to its watchdog
+5      the board reported a fault, refused a request or was stopped by an emergency stop
+6      the log could not be written; the robot was stopped safely
+130    interrupted by the user; the robot was stopped safely
+====== ==================================================================
+"""
+
+from __future__ import annotations
+
+EXIT_OK = 0
+EXIT_INTERNAL = 1
+EXIT_BAD_INPUT = 2
+EXIT_NO_BOARD = 3
+EXIT_LOST = 4
+EXIT_BOARD_FAULT = 5
+EXIT_LOG = 6
+EXIT_INTERRUPTED = 130
+
+
+class SnakebotError(Exception):
+    """Base of every error that is meant for the user: one clear line and an exit status."""
+
+    exit_status = EXIT_INTERNAL
+
+
+class BadInputError(SnakebotError):
+    """What the user gave cannot be used: an option, a file, a gait outside the limits."""
+
+    exit_status = EXIT_BAD_INPUT
+
+
+class NoBoardError(SnakebotError):
+    """The port cannot be opened, nobody answers, or the two ends do not speak the same catalogue."""
+
+    exit_status = EXIT_NO_BOARD
+
+
+class LostBoardError(SnakebotError):
+    """The link or the board went away while it was in use."""
+
+    exit_status = EXIT_LOST
+
+
+class BoardFaultError(SnakebotError):
+    """The board is in a fault, refused a request, or was stopped by an emergency stop."""
+
+    exit_status = EXIT_BOARD_FAULT
+
+
+class LogError(SnakebotError):
+    """A run log cannot be written or is not one."""
+
+    exit_status = EXIT_LOG

@@ -1,0 +1,33 @@
+"""Where the files that come with snakebot are: in the checkout, or inside an installed wheel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from snakebot.errors import BadInputError
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def configs_root() -> Path:
+    """The folder that holds ``robots/``, ``effects/`` and ``gaits/``."""
+    installed = _PACKAGE / "configs"
+    return installed if installed.is_dir() else _PACKAGE.parent / "configs"
+
+
+def config_path(kind: str, source: str | Path) -> Path:
+    """A file of the user's, or, by its bare name, one of ours in ``configs/<kind>/``.
+
+    Raises:
+        BadInputError: neither exists; the line lists the names that do.
+    """
+    given = Path(source)
+    if given.is_file():
+        return given
+    folder = configs_root() / kind
+    ours = folder / f"{given.name.removesuffix('.yaml')}.yaml"
+    bare = len(given.parts) == 1 or given.parts[:-1] == ("configs", kind)
+    if bare and ours.is_file():
+        return ours
+    known = ", ".join(sorted(path.stem for path in folder.glob("*.yaml")))
+    raise BadInputError(f"{source}: no such file, nor one of the {kind} that come with snakebot ({known})")

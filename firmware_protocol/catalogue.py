@@ -1,0 +1,379 @@
+"""The messages of ``snakebot.dbc`` as typed, frozen dataclasses.
+
+The DBC is the one definition: identifiers, bit positions, scales and ranges come from it through cantools. A class here
+only gives a message's signals names and types; a test holds the two against each other.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, fields
+from enum import IntEnum
+from functools import cache
+from importlib.resources import files
+from typing import Any, ClassVar
+
+import cantools
+from cantools.database.can import Database
+from cantools.database.can import Message as DbcMessage
+
+from firmware_protocol.frame import Frame, ProtocolError
+
+PROTOCOL_MAJOR = 1
+PROTOCOL_MINOR = 0
+MAX_JOINTS = 16
+NO_READING = -32768  # in Measured: this joint has no encoder reading
+NOBODY = 0  # as holder: no host has armed the board
+
+
+class Mode(IntEnum):
+    """What the board is doing. PROTOCOL.md has the table of transitions."""
+
+    DISARMED = 0
+    ARMED = 1
+    HOLDING = 2
+    STOPPED = 3
+    FAULT = 4
+
+
+class Fault(IntEnum):
+    """Why the board is in mode FAULT or STOPPED."""
+
+    NONE = 0
+    WATCHDOG = 1
+    EMERGENCY_STOP = 2
+    SERVO = 3
+    UNDERVOLTAGE = 4
+    OVERCURRENT = 5
+    OVERTEMPERATURE = 6
+    ENCODER = 7
+    INTERNAL = 8
+
+
+class StopReason(IntEnum):
+    USER = 0
+    LATE = 1
+    EXCEPTION = 2
+    EXTERNAL = 3
+
+
+class JointMode(IntEnum):
+    """RIGID holds the joint at the angle given, RIGID_HERE at the angle where it is."""
+
+    ACTIVE = 0
+    FREE = 1
+    RIGID = 2
+    RIGID_HERE = 3
+
+
+class LimitKind(IntEnum):
+    ANGLE = 0
+    SPEED = 1
+    ACCELERATION = 2
+
+
+class Result(IntEnum):
+    """Answer to a request. ``detail`` of the acknowledgement: FORBIDDEN the board's mode, HELD the holder."""
+
+    OK = 0
+    BAD_VALUE = 1
+    BAD_JOINT = 2
+    FORBIDDEN = 3
+    HELD = 4
+    UNSUPPORTED = 5
+
+
+class Message:
+    """Base of all messages; a subclass has the name of its message in the DBC."""
+
+    __slots__ = ()
+    enums: ClassVar[dict[str, type[IntEnum]]] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class EmergencyStop(Message):
+    enums: ClassVar[dict[str, type[IntEnum]]] = {"reason": StopReason}
+    reason: StopReason = StopReason.USER
+    host: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class FaultEvent(Message):
+    enums: ClassVar[dict[str, type[IntEnum]]] = {"code": Fault}
+    code: Fault
+    joint: int = 0  # 0: not one joint's
+    detail: int = 0
+    board_time_us: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Setpoint(Message):
+    sequence: int  # low 12 bits
+    group: int
+    first_rad: float
+    second_rad: float
+    third_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class Latch(Message):
+    sequence: int
+    joints: int
+    interval_s: float  # since the set-point before, as the host planned it
+    crc32: int
+
+
+@dataclass(frozen=True, slots=True)
+class State(Message):
+    enums: ClassVar[dict[str, type[IntEnum]]] = {"mode": Mode}
+    sequence: int  # of the set-point that this answers
+    sample: int
+    mode: Mode
+    board_time_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class Measured(Message):
+    sample: int
+    group: int
+    first_counts: int
+    second_counts: int
+    third_counts: int
+
+
+@dataclass(frozen=True, slots=True)
+class Applied(Message):
+    sample: int
+    group: int
+    first_rad: float
+    second_rad: float
+    third_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class HostHeartbeat(Message):
+    host: int
+    counter: int
+
+
+@dataclass(frozen=True, slots=True)
+class BoardHeartbeat(Message):
+    enums: ClassVar[dict[str, type[IntEnum]]] = {"mode": Mode, "fault": Fault}
+    boot_id: int
+    mode: Mode
+    powered: int
+    simulated: int
+    fault: Fault
+    holder: int
+
+
+@dataclass(frozen=True, slots=True)
+class ModeRequest(Message):
+    enums: ClassVar[dict[str, type[IntEnum]]] = {"mode": Mode}
+    token: int
+    mode: Mode
+    host: int
+
+
+@dataclass(frozen=True, slots=True)
+class JointModeRequest(Message):
+    enums: ClassVar[dict[str, type[IntEnum]]] = {"mode": JointMode}
+    token: int
+    joint: int  # from 1
+    mode: JointMode
+    angle_rad: float
+    host: int
+
+
+@dataclass(frozen=True, slots=True)
+class LimitRequest(Message):
+    enums: ClassVar[dict[str, type[IntEnum]]] = {"kind": LimitKind}
+    token: int
+    joint: int
+    kind: LimitKind
+    value: float  # rad, rad/s or rad/s2
+    host: int
+
+
+@dataclass(frozen=True, slots=True)
+class TrimRequest(Message):
+    token: int
+    joint: int
+    trim_rad: float
+    host: int
+
+
+@dataclass(frozen=True, slots=True)
+class ZeroRequest(Message):
+    token: int
+    joint: int
+    zero_counts: int
+    host: int
+
+
+@dataclass(frozen=True, slots=True)
+class Acknowledge(Message):
+    enums: ClassVar[dict[str, type[IntEnum]]] = {"result": Result}
+    token: int
+    result: Result
+    request: int  # identifier of the message that is answered
+    detail: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Ping(Message):
+    nonce: int
+
+
+@dataclass(frozen=True, slots=True)
+class Pong(Message):
+    nonce: int
+    board_time_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class InfoRequest(Message):
+    host: int
+
+
+@dataclass(frozen=True, slots=True)
+class InfoProtocol(Message):
+    protocol_major: int
+    protocol_minor: int
+    joints: int
+    simulated: int
+    catalogue_hash: int
+
+
+@dataclass(frozen=True, slots=True)
+class InfoFirmware(Message):
+    firmware_major: int
+    firmware_minor: int
+    firmware_patch: int
+    watchdog_ms: int
+    counts_per_rev: int
+    boot_id: int
+
+
+@dataclass(frozen=True, slots=True)
+class InfoSerial(Message):
+    serial_number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Supply(Message):
+    voltage_v: float
+    current_a: float
+    temperature_c: float
+
+
+@dataclass(frozen=True, slots=True)
+class JointSupply(Message):
+    joint: int
+    current_a: float
+    temperature_c: float
+
+
+@dataclass(frozen=True, slots=True)
+class Counters(Message):
+    received: int
+    corrupt: int
+    dropped: int
+    clamped: int
+
+
+@dataclass(frozen=True, slots=True)
+class PosePosition(Message):
+    sample: int
+    x_m: float
+    y_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class PoseMotion(Message):
+    sample: int
+    heading_rad: float
+    speed_m_s: float
+
+
+MESSAGES: dict[str, type[Message]] = {cls.__name__: cls for cls in Message.__subclasses__()}
+
+
+def dbc_text() -> str:
+    """The catalogue as it stands in the DBC file; it is stored with every run log."""
+    return (files("firmware_protocol") / "snakebot.dbc").read_text(encoding="utf-8")
+
+
+@cache
+def database() -> Database:
+    """The DBC, read once."""
+    loaded = cantools.database.load_string(dbc_text(), database_format="dbc")
+    assert isinstance(loaded, Database)
+    return loaded
+
+
+@cache
+def catalogue_hash() -> int:
+    """First 32 bits of the SHA-256 of the DBC, line ends normalised: what both ends compare in the handshake."""
+    text = dbc_text().replace("\r\n", "\n")
+    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "big")
+
+
+class _Codec:
+    """One message's class beside its definition, looked up once."""
+
+    __slots__ = ("cls", "definition", "enums", "id", "length", "names")
+
+    def __init__(self, cls: type[Message], definition: DbcMessage) -> None:
+        self.cls = cls
+        self.definition = definition
+        self.id = definition.frame_id
+        self.length = definition.length
+        self.names = tuple(field.name for field in fields(cls))  # type: ignore[arg-type]
+        self.enums = tuple(cls.enums.items())
+
+
+@cache
+def _codecs() -> tuple[dict[type[Message], _Codec], dict[int, _Codec]]:
+    codecs = [_Codec(cls, database().get_message_by_name(name)) for name, cls in MESSAGES.items()]
+    return {codec.cls: codec for codec in codecs}, {codec.id: codec for codec in codecs}
+
+
+def frame_id(cls: type[Message]) -> int:
+    """Identifier of a message's frames."""
+    return _codecs()[0][cls].id
+
+
+def encode(message: Message) -> Frame:
+    """A message as a frame.
+
+    Raises:
+        ProtocolError: a value is outside the range that the DBC gives its signal, or not a number.
+    """
+    codec = _codecs()[0][type(message)]
+    values = {name: getattr(message, name) for name in codec.names}
+    try:
+        return Frame(codec.id, codec.definition.encode(values, scaling=True, padding=False, strict=True))
+    except (cantools.database.EncodeError, ValueError, OverflowError, TypeError) as error:
+        raise ProtocolError(f"{type(message).__name__}: {error}") from None
+
+
+def decode(frame: Frame) -> Message:
+    """A frame as its message.
+
+    Raises:
+        ProtocolError: the identifier is not in the catalogue, the length is not the message's, or an enumeration
+            holds a value that has no name.
+    """
+    codec = _codecs()[1].get(frame.id)
+    if codec is None:
+        raise ProtocolError(f"{frame}: no message has this identifier")
+    if len(frame.data) != codec.length:
+        raise ProtocolError(f"{frame}: {codec.cls.__name__} has {codec.length} bytes, not {len(frame.data)}")
+    try:
+        values: dict[str, Any] = codec.definition.decode(frame.data, decode_choices=False)  # type: ignore[assignment]
+        for name, enum in codec.enums:
+            values[name] = enum(values[name])
+    except (cantools.database.DecodeError, ValueError) as error:
+        raise ProtocolError(f"{frame}: {codec.cls.__name__}: {error}") from None
+    return codec.cls(**values)

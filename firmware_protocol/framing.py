@@ -1,0 +1,96 @@
+"""Frames on a serial line: COBS with a zero delimiter around id, payload and CRC-16/CCITT-FALSE.
+
+A packet is ``id`` (u16, little-endian), 0 to 8 payload bytes and the CRC (u16, little-endian) over both, COBS encoded and
+ended by one zero byte. Noise of any kind costs at most the packets it touches: the next zero resynchronises.
+"""
+
+from __future__ import annotations
+
+import binascii
+from collections.abc import Iterable
+
+from cobs import cobs
+
+from firmware_protocol.frame import Frame, ProtocolError
+
+MAX_PAYLOAD = 8
+MAX_ID = 0x7FF
+_MIN_PACKET = 2 + 2
+_MAX_PACKET = 2 + MAX_PAYLOAD + 2
+MAX_ENCODED = _MAX_PACKET + 1  # COBS adds one byte up to 254; the delimiter comes on top
+
+
+def crc16(data: bytes) -> int:
+    """CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF, no reflection; "123456789" gives 0x29B1."""
+    return binascii.crc_hqx(data, 0xFFFF)
+
+
+def pack(frame: Frame) -> bytes:
+    """A frame as the bytes of one packet, delimiter included.
+
+    Raises:
+        ProtocolError: the identifier has more than 11 bits or the payload more than 8 bytes.
+    """
+    if not 0 <= frame.id <= MAX_ID or len(frame.data) > MAX_PAYLOAD:
+        raise ProtocolError(f"no frame of this protocol: id {frame.id:#x}, {len(frame.data)} bytes")
+    body = frame.id.to_bytes(2, "little") + frame.data
+    return cobs.encode(body + crc16(body).to_bytes(2, "little")) + b"\0"
+
+
+def pack_all(frames: Iterable[Frame]) -> bytes:
+    """Several frames for one write. A leading zero closes whatever noise stands on the line before them."""
+    return b"\0" + b"".join(map(pack, frames))
+
+
+def unpack(packet: bytes) -> Frame:
+    """The frame in one packet (without its delimiter).
+
+    Raises:
+        ProtocolError: not COBS, of an impossible length, or with a wrong CRC.
+    """
+    try:
+        body = cobs.decode(packet)
+    except cobs.DecodeError as error:
+        raise ProtocolError(f"not COBS: {error}") from None
+    if not _MIN_PACKET <= len(body) <= _MAX_PACKET:
+        raise ProtocolError(f"{len(body)} bytes are no packet")
+    if crc16(body[:-2]) != int.from_bytes(body[-2:], "little"):
+        raise ProtocolError("CRC does not agree")
+    identifier = int.from_bytes(body[:2], "little")
+    if identifier > MAX_ID:
+        raise ProtocolError(f"identifier {identifier:#x} has more than 11 bits")
+    return Frame(identifier, body[2:-2])
+
+
+class StreamDecoder:
+    """Cuts a byte stream into frames. Corrupt packets are counted and dropped; memory stays bounded."""
+
+    def __init__(self) -> None:
+        self.corrupt = 0
+        self._pending = bytearray()
+        self._overlong = False  # inside a run of bytes too long to be a packet: skip to its zero
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """All frames that ``data`` completes, in order."""
+        frames: list[Frame] = []
+        *complete, rest = data.split(b"\0")
+        for packet in complete:
+            self._append(packet)
+            if self._overlong:
+                self.corrupt += 1
+            elif self._pending:
+                try:
+                    frames.append(unpack(bytes(self._pending)))
+                except ProtocolError:
+                    self.corrupt += 1
+            self._pending.clear()
+            self._overlong = False
+        self._append(rest)
+        return frames
+
+    def _append(self, part: bytes) -> None:
+        if self._overlong or len(self._pending) + len(part) > MAX_ENCODED:
+            self._overlong = True
+            self._pending.clear()
+        else:
+            self._pending += part

@@ -1,0 +1,72 @@
+"""Two recordings of one motion are brought together to a fraction of a sample."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from signals import times
+
+from snakebot.analysis.align import align, shifted
+
+
+def motion(t, joints=2):
+    ramp = np.clip(t / 2, 0, 1) * np.clip((14 - t) / 2, 0, 1)
+    return ramp[:, None] * np.sin(2.3 * t[:, None] + np.arange(joints))
+
+
+@settings(deadline=None, max_examples=20)
+@given(shift=st.floats(-4, 4), rate=st.sampled_from([50.0, 73.0, 100.0]), seed=st.integers(0, 3))
+def test_recovers_a_fractional_shift_between_different_beats(shift, rate, seed):
+    t_a, t_b = times(14, 50, jitter_s=0.003, seed=seed), times(14, rate)
+    b = motion(t_b - shift)
+    b[np.random.default_rng(seed).random(b.shape) < 0.05] = np.nan
+    found = align(t_a, motion(t_a), t_b, b)
+    assert found is not None
+    assert found.shift_s == pytest.approx(shift, abs=2e-3)  # a tenth of a sample
+    assert found.shift_samples == pytest.approx(found.shift_s / np.median(np.diff(t_a)))
+    assert found.misfit < 0.02
+
+
+def test_offset_between_clocks_does_not_matter():
+    t = times(14, 50)
+    found = align(t, motion(t), t + 1000.0, motion(t))
+    assert found is not None
+    assert found.shift_s == pytest.approx(1000, abs=1e-3)
+
+
+def test_a_motion_that_repeats_takes_the_smallest_shift():
+    t = times(30, 50)
+    found = align(t, np.sin(3 * t)[:, None], t, np.sin(3 * (t - 0.05))[:, None])
+    assert found is not None
+    assert found.shift_s == pytest.approx(0.05, abs=1e-3)
+
+
+def test_an_offset_of_a_joint_is_not_taken_for_time():
+    t = times(14, 50)
+    found = align(t, motion(t), t, motion(t - 0.3) + np.array([0.4, -0.2]))
+    assert found is not None
+    assert found.shift_s == pytest.approx(0.3, abs=2e-3)
+
+
+def test_different_motions_leave_a_misfit():
+    t = times(14, 50)
+    found = align(t, motion(t), t, np.sign(np.sin(7 * t))[:, None] * np.ones((1, 2)))
+    assert found is not None
+    assert found.misfit > 0.5
+
+
+def test_nothing_to_align():
+    t = times(5, 50)
+    assert align(t, np.zeros((len(t), 2)), t, motion(t)) is None
+    assert align(t, np.full((len(t), 2), np.nan), t, motion(t)) is None
+
+
+def test_shifted_does_not_invent_data():
+    t = times(4, 50)
+    y = np.sin(t)[:, None]
+    y[50:80] = np.nan
+    seen = shifted(t, t, y, 0.0)
+    assert np.isnan(seen[52:78]).all()
+    assert np.isnan(shifted(t, t, y, 10.0)).all()

@@ -1,0 +1,204 @@
+"""Motions a robot can be sent: a gait that starts, changes and ends without a jump, or recorded set-points.
+
+All blends use the quintic 10 s^3 - 15 s^4 + 6 s^5: position, velocity and acceleration are continuous at both ends.
+"""
+
+from __future__ import annotations
+
+import bisect
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snakebot.errors import BadInputError
+from snakebot.gait.wave import Gait
+
+# Largest slope and curvature of the quintic over the unit interval.
+BLEND_PEAK_SLOPE = 15 / 8
+BLEND_PEAK_CURVATURE = 10 / math.sqrt(3)
+
+
+def blend(s: float) -> float:
+    """The quintic step from 0 to 1; constant outside."""
+    s = min(max(s, 0.0), 1.0)
+    return s * s * s * (10 + s * (-15 + 6 * s))
+
+
+def _blend_integral(s: float) -> float:
+    """Integral of ``blend`` from 0 to s."""
+    if s <= 0:
+        return 0.0
+    c = min(s, 1.0)
+    return c**4 * (2.5 + c * (-3 + c)) + max(s - 1.0, 0.0)
+
+
+class Motion(ABC):
+    """Joint angles as a function of the time since the motion began."""
+
+    joints: int
+    duration_s: float  # from the first set-point to the last, ramps included
+
+    @abstractmethod
+    def angles(self, t_s: float) -> list[float]:
+        """Set-point of every joint in rad at one time. Constant before 0 and after ``duration_s``."""
+
+    def sampled(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Set-points of shape (T, joints)."""
+        return np.array([self.angles(t) for t in t_s]).reshape(len(t_s), self.joints)
+
+
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """From ``start_s`` on, the gait's parameters blend to ``gait`` within ``blend_s``."""
+
+    start_s: float
+    blend_s: float
+    gait: Gait
+    phase_rad: float  # of the wave at start_s
+
+
+class GaitMotion(Motion):
+    """A gait with a smooth start from the posture the robot is in, live changes, and a smooth end.
+
+    For ``ramp_s`` the motion blends from ``start_rad`` into the wave; for the last ``ramp_s`` it blends into
+    ``end_rad`` (straight when not given). In between it is exactly eq. (27), phase counted from the motion's start.
+    """
+
+    def __init__(
+        self,
+        gait: Gait,
+        joints: int,
+        duration_s: float,
+        ramp_s: float,
+        start_rad: Sequence[float] | None = None,
+        end_rad: Sequence[float] | None = None,
+    ) -> None:
+        """
+        Raises:
+            BadInputError: a time is negative or not a number, or the ramps do not fit into the duration.
+        """
+        for name, value in (("duration", duration_s), ("ramp", ramp_s)):
+            if not value >= 0:
+                raise BadInputError(f"{name} is {value} s; it must be zero or more")
+        if not duration_s >= 2 * ramp_s:
+            raise BadInputError(
+                f"a run of {duration_s:g} s has no room for two ramps of {ramp_s:g} s: "
+                "lengthen --duration or shorten --ramp"
+            )
+        self.joints = joints
+        self.duration_s = duration_s
+        self.ramp_s = ramp_s
+        self.start_rad = list(start_rad) if start_rad is not None else [0.0] * joints
+        self.end_rad = list(end_rad) if end_rad is not None else [0.0] * joints
+        self._changes = [_Change(0.0, 0.0, gait, 0.0)]
+
+    @property
+    def gait(self) -> Gait:
+        """The gait that was asked for last."""
+        return self._changes[-1].gait
+
+    def change(self, t_s: float, gait: Gait, blend_s: float) -> None:
+        """Go over to another gait from ``t_s`` on, within ``blend_s`` and without a jump.
+
+        The phase of the wave goes on; amplitude, phase difference, frequency and offset blend.
+
+        Raises:
+            BadInputError: ``t_s`` lies before the end of the last change.
+        """
+        last = self._changes[-1]
+        if t_s < last.start_s + last.blend_s or (len(self._changes) > 1 and t_s <= last.start_s):
+            raise BadInputError(f"the last change of gait ends only at {last.start_s + last.blend_s:.2f} s")
+        phase, _ = self._wave(t_s)
+        self._changes.append(_Change(t_s, blend_s, gait, phase))
+
+    def with_duration(self, duration_s: float) -> GaitMotion:
+        """The same motion, ended at another time: how a run is cut short with its ramp down."""
+        other = GaitMotion(self.gait, self.joints, duration_s, self.ramp_s, self.start_rad, self.end_rad)
+        other._changes = list(self._changes)
+        return other
+
+    def _wave(self, t_s: float) -> tuple[float, Gait]:
+        """Phase of joint 1 (rad) and the blended gait at one time."""
+        index = bisect.bisect_right(self._changes, t_s, key=lambda change: change.start_s) - 1
+        change = self._changes[max(index, 0)]
+        new = change.gait
+        since = t_s - change.start_s
+        if index <= 0 or change.blend_s <= 0:
+            return change.phase_rad + new.omega_rad_s * since, new
+        old = self._changes[index - 1].gait
+        s = since / change.blend_s
+        share = blend(s)
+        omega_gain = (new.omega_rad_s - old.omega_rad_s) * change.blend_s * _blend_integral(s)
+        phase = change.phase_rad + old.omega_rad_s * since + omega_gain
+        if share >= 1:
+            return phase, new
+        mixed = replace(
+            new,
+            alpha_rad=old.alpha_rad + share * (new.alpha_rad - old.alpha_rad),
+            beta_rad=old.beta_rad + share * (new.beta_rad - old.beta_rad),
+            omega_rad_s=old.omega_rad_s + share * (new.omega_rad_s - old.omega_rad_s),
+            offset_rad=old.offset_rad + share * (new.offset_rad - old.offset_rad),
+        )
+        return phase, mixed
+
+    def angles(self, t_s: float) -> list[float]:
+        t = min(max(t_s, 0.0), self.duration_s)
+        phase, gait = self._wave(t)
+        wave = [
+            gait.offset_rad + gait.alpha_rad * math.sin(phase + i * gait.beta_rad) for i in range(self.joints)
+        ]
+        rise = blend(t / self.ramp_s) if self.ramp_s > 0 else 1.0
+        fall = blend((self.duration_s - t) / self.ramp_s) if self.ramp_s > 0 else 1.0
+        if rise < 1:
+            wave = [a + rise * (w - a) for a, w in zip(self.start_rad, wave, strict=True)]
+        if fall < 1:
+            wave = [a + fall * (w - a) for a, w in zip(self.end_rad, wave, strict=True)]
+        return wave
+
+
+class SampledMotion(Motion):
+    """Recorded set-points sent again, linear between samples, entered smoothly from where the robot is."""
+
+    def __init__(
+        self,
+        t_s: NDArray[np.float64],
+        angles_rad: NDArray[np.float64],
+        ramp_s: float,
+        start_rad: Sequence[float] | None = None,
+    ) -> None:
+        """
+        Args:
+            t_s: rising times, shape (T,).
+            angles_rad: set-points, shape (T, joints).
+            ramp_s: time to move from ``start_rad`` to the first set-point, and from the last one to straight.
+            start_rad: posture of the robot; straight when not given.
+
+        Raises:
+            BadInputError: nothing to send, times that do not rise, or set-points that are not numbers.
+        """
+        if len(t_s) < 2 or angles_rad.shape[0] != len(t_s):
+            raise BadInputError("a recorded motion needs at least two samples, one row of set-points each")
+        if not np.all(np.diff(t_s) > 0):
+            raise BadInputError("the times of the recorded motion do not rise")
+        if not np.all(np.isfinite(angles_rad)):
+            raise BadInputError("the recorded motion has set-points that are no numbers (servo off?)")
+        self.joints = angles_rad.shape[1]
+        self.ramp_s = ramp_s
+        self._t = t_s - t_s[0]
+        self._angles = angles_rad
+        self._start = np.zeros(self.joints) if start_rad is None else np.asarray(start_rad, dtype=float)
+        self.duration_s = float(self._t[-1]) + 2 * ramp_s
+
+    def angles(self, t_s: float) -> list[float]:
+        t = min(max(t_s, 0.0), self.duration_s)
+        inner = t - self.ramp_s
+        wave = np.array([np.interp(inner, self._t, column) for column in self._angles.T])
+        if inner < 0:
+            wave = self._start + blend(t / self.ramp_s) * (wave - self._start)
+        elif inner > self._t[-1]:
+            wave = blend((self.duration_s - t) / self.ramp_s) * wave
+        return [float(angle) for angle in wave]

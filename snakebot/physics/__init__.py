@@ -1,0 +1,47 @@
+"""The simulation of a planar snake: chain of rigid links, ground friction, joint drives. No I/O, no wire.
+
+Names load on first use, so that importing this package costs no compiler.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from snakebot.physics.chain import FREE, PRESCRIBED, TORQUE, Chain, Drive
+    from snakebot.physics.gaits import GaitResults, simulate_gaits
+    from snakebot.physics.model import ChainModel
+    from snakebot.physics.replay import Trajectory, replay
+
+_HOME = {
+    "ChainModel": "model",
+    "Chain": "chain",
+    "Drive": "chain",
+    "PRESCRIBED": "chain",
+    "TORQUE": "chain",
+    "FREE": "chain",
+    "GaitResults": "gaits",
+    "simulate_gaits": "gaits",
+    "Trajectory": "replay",
+    "replay": "replay",
+}
+
+__all__ = [
+    "FREE",
+    "PRESCRIBED",
+    "TORQUE",
+    "Chain",
+    "ChainModel",
+    "Drive",
+    "GaitResults",
+    "Trajectory",
+    "replay",
+    "simulate_gaits",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

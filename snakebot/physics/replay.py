@@ -1,0 +1,162 @@
+"""The motion over ground that given joint angles make: measured ones, or ideal ones."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from numba import njit
+
+from snakebot.errors import BadInputError
+from snakebot.physics import kernel
+from snakebot.physics.kernel import PRESCRIBED
+from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
+
+Vector = npt.NDArray[np.float64]
+
+MAX_STEP_S = 5e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A simulated motion at T times.
+
+    Attributes:
+        t_s: (T,).
+        joint_angle_rad, joint_rate_rad_s, joint_torque_nm: (T, joints).
+        com_m, com_velocity_m_s: (T, 2).
+        heading_rad: (T,), mean link angle.
+        power_in_w, power_dissipated_w: (T,).
+    """
+
+    t_s: Vector
+    joint_angle_rad: Vector
+    joint_rate_rad_s: Vector
+    joint_torque_nm: Vector
+    com_m: Vector
+    com_velocity_m_s: Vector
+    heading_rad: Vector
+    power_in_w: Vector
+    power_dissipated_w: Vector
+
+    def forward_speed_m_s(self, from_s: float = -math.inf, to_s: float = math.inf) -> float:
+        """Mean velocity of the centre of mass over a span of time, along the mean heading over that span.
+
+        Raises:
+            BadInputError: the span holds fewer than two samples.
+        """
+        rows = np.flatnonzero((self.t_s >= from_s) & (self.t_s <= to_s))
+        if rows.size < 2:
+            raise BadInputError(f"physics: no motion between {from_s} s and {to_s} s to take a speed from")
+        a, b = rows[0], rows[-1]
+        span = self.t_s[b] - self.t_s[a]
+        heading = np.trapezoid(self.heading_rad[a : b + 1], self.t_s[a : b + 1]) / span
+        way = self.com_m[b] - self.com_m[a]
+        return float((way[0] * math.cos(heading) + way[1] * math.sin(heading)) / span)
+
+
+def replay(
+    model: ChainModel,
+    t_s: npt.ArrayLike,
+    joint_angle_rad: npt.ArrayLike,
+    *,
+    x_m: float = 0.0,
+    y_m: float = 0.0,
+    heading_rad: float = 0.0,
+    max_step_s: float = MAX_STEP_S,
+) -> Trajectory:
+    """Impose joint angles over time and simulate the rest, from rest.
+
+    Between samples the angles follow a cubic Hermite curve with the rates of central differences: smooth, without
+    overshoot to speak of, and local, so that one bad sample spoils only its neighbours.
+
+    Args:
+        model: the chain.
+        t_s: (T,) rising times, not necessarily uniform.
+        joint_angle_rad: (T, joints), without gaps (no NaN).
+        x_m, y_m, heading_rad: start of the centre of mass and mean link angle.
+        max_step_s: samples that lie further apart are bridged in several steps.
+
+    Raises:
+        BadInputError: shapes that do not fit, times that do not rise, or angles that are not numbers.
+    """
+    t = np.ascontiguousarray(t_s, dtype=np.float64)
+    angle = np.ascontiguousarray(joint_angle_rad, dtype=np.float64)
+    if t.ndim != 1 or t.size < 2 or angle.shape != (t.size, model.joints):
+        raise BadInputError(
+            f"physics: replay needs times (T,) and angles (T, {model.joints}), T at least 2; "
+            f"found {t.shape} and {angle.shape}"
+        )
+    if not np.all(np.isfinite(t)) or np.any(np.diff(t) <= 0):
+        raise BadInputError("physics: the times of a replay must rise")
+    if not np.all(np.isfinite(angle)):
+        row, joint = np.argwhere(~np.isfinite(angle))[0]
+        raise BadInputError(f"physics: joint {joint + 1} has no angle at sample {row}; fill gaps before a replay")
+    if not max_step_s > 0:
+        raise BadInputError(f"physics: the time step must be above zero, it is {max_step_s}")
+    rate = np.gradient(angle, t, axis=0, edge_order=1)
+    size, k = angle.shape
+    torque = np.zeros((size, k))
+    base = np.zeros((size, 6))
+    base[0, :3] = (x_m, y_m, heading_rad)
+    power = np.zeros((size, 2))
+    _replay(
+        model.packed, STANDARD_GRAVITY_M_S2 * math.sin(model.slope_rad), model.eps, t, angle, rate, max_step_s, base,
+        torque, power,
+    )  # fmt: skip
+    return Trajectory(
+        t, angle, rate, torque, base[:, 0:2], base[:, 3:5], base[:, 2], power[:, 0], power[:, 1]
+    )  # fmt: skip
+
+
+@njit(cache=True)  # type: ignore[misc]
+def _hermite(u: float, h: float, a: Any, b: Any, da: Any, db: Any, phi: Any, dphi: Any, acc: Any) -> None:
+    for j in range(a.size):
+        step = b[j] - a[j]
+        c2 = 3 * step - h * (2 * da[j] + db[j])
+        c3 = -2 * step + h * (da[j] + db[j])
+        phi[j] = a[j] + u * (h * da[j] + u * (c2 + u * c3))
+        dphi[j] = (h * da[j] + u * (2 * c2 + 3 * u * c3)) / h
+        acc[j] = (2 * c2 + 6 * u * c3) / (h * h)
+
+
+@njit(cache=True)  # type: ignore[misc]
+def _replay(
+    links: Any, slope: float, eps: float, t: Any, angle: Any, rate: Any, max_step: float, base: Any, torque: Any,
+    power: Any,
+) -> None:  # fmt: skip
+    n = links.shape[1]
+    work, stage = kernel.workspace(n)
+    kind = np.full(n - 1, PRESCRIBED)
+    state = base[0].copy()
+    phi, dphi, acc = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
+    phi_end, dphi_end, acc_end = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
+    nothing = np.zeros(n - 1)
+    for i in range(t.size):
+        a = min(i, t.size - 2)
+        span = t[a + 1] - t[a]
+        if i > 0:
+            a = i - 1
+            span = t[i] - t[a]
+            parts = int(math.ceil(span / max_step * (1 - 1e-9)))
+            h = span / parts
+            _hermite(0.0, span, angle[a], angle[i], rate[a], rate[i], phi, dphi, acc)
+            for part in range(parts):
+                _hermite((part + 1) / parts, span, angle[a], angle[i], rate[a], rate[i], phi_end, dphi_end, acc_end)
+                kernel.step(
+                    links, slope, eps, h, kind, state, phi, dphi, acc, phi_end, dphi_end, acc_end, nothing, nothing,
+                    nothing, work, stage,
+                )  # fmt: skip
+                acc[:] = acc_end
+            base[i] = state
+        else:
+            _hermite(0.0, span, angle[0], angle[1], rate[0], rate[1], phi, dphi, acc)
+        kernel.kinematics(links, state, phi, dphi, acc, work)
+        kernel.solve(links, slope, eps, 0.0, 1.0, 0.0, kind, nothing, nothing, work, stage[0], stage[1])
+        power_row = power[i]
+        kernel.powers(n, dphi, work, power_row)
+        for j in range(n - 1):
+            torque[i, j] = work[kernel.UU, j + 1]

@@ -1,0 +1,30 @@
+"""Run logs and session folders: write, read, recover, export. See docs/logs.md."""
+
+from __future__ import annotations
+
+from snakebot.runlog.log import RunLog, gait_to_mapping
+from snakebot.runlog.naming import new_log_path
+from snakebot.runlog.reader import LogWarning, read_log
+from snakebot.runlog.records import Event, LinkStatistics, Pose, RawFrame, Tick
+from snakebot.runlog.run import Run, Session
+from snakebot.runlog.session import read_session
+from snakebot.runlog.session_write import write_session
+from snakebot.runlog.writer import RunWriter
+
+__all__ = [
+    "Event",
+    "LinkStatistics",
+    "LogWarning",
+    "Pose",
+    "RawFrame",
+    "Run",
+    "RunLog",
+    "RunWriter",
+    "Session",
+    "Tick",
+    "gait_to_mapping",
+    "new_log_path",
+    "read_log",
+    "read_session",
+    "write_session",
+]

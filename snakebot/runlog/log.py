@@ -1,0 +1,191 @@
+"""A run log in memory: numpy arrays, a row a record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snakebot.errors import BadInputError
+from snakebot.robot import Robot
+from snakebot.runlog.naming import PART_SUFFIX, SUFFIX
+from snakebot.runlog.records import Event, RawFrame
+from snakebot.runlog.run import Floats, Run
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from snakebot.gait import Gait
+
+
+@dataclass(frozen=True, eq=False)
+class RunLog:
+    """What ``read_log`` returns: N ticks of k joints, P poses. nan = missing."""
+
+    path: Path
+    robot: Robot
+    metadata: Mapping[str, Any]
+    attachments: Mapping[str, bytes]
+    complete: bool  # the log was closed properly
+    problems: tuple[str, ...]  # what was damaged and left out; empty for a whole log
+
+    sequence: NDArray[np.int64]  # (N,)
+    t_s: Floats  # (N,) host time since the run's start
+    host_time_ns: NDArray[np.int64]  # (N,) wall clock
+    setpoint_rad: Floats  # (N, k); nan = servo off
+    sent_rad: Floats  # (N, k) after limits
+    applied_rad: Floats  # (N, k) all nan where the board reports none
+    measured_rad: Floats  # (N, k); nan = sample lost
+    board_time_us: Floats  # (N,) exact to 2**53 us
+    latency_s: Floats  # (N,)
+    late: NDArray[np.bool_]  # (N,)
+
+    pose_t_s: Floats  # (P,)
+    pose: Floats  # (P, 3) x_m, y_m, heading_rad
+    pose_speed_m_s: Floats  # (P,)
+
+    events: tuple[Event, ...]
+    link_t_s: Floats  # (L,)
+    link: Mapping[str, Floats]  # counter -> (L,)
+    frames: tuple[RawFrame, ...]
+
+    @property
+    def joints(self) -> int:
+        return int(self.setpoint_rad.shape[1])
+
+    @property
+    def name(self) -> str:
+        return self.path.name.removesuffix(PART_SUFFIX).removesuffix(SUFFIX)
+
+    @property
+    def gait(self) -> Gait | None:
+        """The commanded gait, where the metadata names one."""
+        return gait_from_mapping(self.metadata.get("gait"), str(self.path))
+
+    @property
+    def forward_speed_m_s(self) -> float | None:
+        value = self.metadata.get("forward_speed_m_s")
+        return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+
+    def pose_at(self, t_s: Floats) -> Floats:
+        """Pose at these times (N, 3), linear between poses; nan before the first and after the last.
+
+        The heading is unwrapped, so that it is continuous.
+        """
+        out = np.full((t_s.size, 3), np.nan)
+        good = np.isfinite(self.pose).all(axis=1) & np.isfinite(self.pose_t_s)
+        if not good.any():
+            return out
+        order = np.argsort(self.pose_t_s[good], kind="stable")
+        at, pose = self.pose_t_s[good][order], self.pose[good][order]
+        columns = (pose[:, 0], pose[:, 1], np.unwrap(pose[:, 2]))
+        for index, column in enumerate(columns):
+            out[:, index] = np.interp(t_s, at, column, left=np.nan, right=np.nan)
+        return out
+
+    def to_run(self) -> Run:
+        """The run as analysis and diagnosis take it: the command is what was sent after limits.
+
+        Ticks whose time does not rise (none, unless the log is damaged) are left out.
+
+        Raises:
+            BadInputError: the log holds no tick.
+        """
+        if not self.t_s.size:
+            raise BadInputError(f"{self.path}: the log holds no ticks")
+        keep = np.concatenate(([True], self.t_s[1:] > np.maximum.accumulate(self.t_s)[:-1]))
+        t_s = self.t_s[keep]
+        pose = self.pose_at(t_s) if self.pose_t_s.size else None
+        applied = self.applied_rad[keep]
+        extra: dict[str, NDArray[Any]] = {
+            "sequence": self.sequence[keep],
+            "board_time_us": self.board_time_us[keep],
+            "latency_s": self.latency_s[keep],
+            "late": self.late[keep],
+        }
+        return Run(
+            name=self.name,
+            t_s=t_s,
+            command_rad=self.sent_rad[keep],
+            measured_rad=self.measured_rad[keep],
+            applied_rad=applied if np.isfinite(applied).any() else None,
+            pose=pose,
+            gait=self.gait,
+            forward_speed_m_s=self.forward_speed_m_s,
+            extra=extra,
+            metadata=self.metadata,
+        )
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The ticks as flat named columns, each (N,): what the CSV and Parquet exports hold."""
+        flat: dict[str, NDArray[Any]] = {
+            "t_s": self.t_s,
+            "sequence": self.sequence,
+            "host_time_ns": self.host_time_ns,
+        }
+        for prefix, array in (
+            ("setpoint", self.setpoint_rad),
+            ("cmd", self.sent_rad),
+            ("applied", self.applied_rad),
+            ("enc", self.measured_rad),
+        ):
+            flat.update({f"{prefix}_{joint + 1}_rad": array[:, joint] for joint in range(self.joints)})
+        flat.update(board_time_us=self.board_time_us, latency_s=self.latency_s, late=self.late)
+        if self.pose_t_s.size:
+            pose = self.pose_at(self.t_s)
+            flat.update(x_m=pose[:, 0], y_m=pose[:, 1], heading_rad=pose[:, 2])
+        return flat
+
+    def to_pandas(self) -> pd.DataFrame:
+        """The ticks as a DataFrame (needs pandas: ``pip install snakebot[pandas]``)."""
+        try:
+            import pandas as pd
+        except ImportError:
+            raise BadInputError("pandas is not installed: pip install 'snakebot[pandas]'") from None
+        return pd.DataFrame(self.columns())
+
+
+def gait_from_mapping(data: object, where: str) -> Gait | None:
+    """A gait from ``{alpha_deg, beta_deg, omega_rad_s[, offset_deg]}``; None for None.
+
+    Raises:
+        BadInputError: a key is missing, unknown or not a finite number.
+    """
+    if data is None:
+        return None
+    from snakebot.gait import Gait
+
+    if not isinstance(data, Mapping):
+        raise BadInputError(f"{where}: gait: needs alpha_deg, beta_deg and omega_rad_s")
+    values = {"offset_deg": 0.0}
+    for key, value in data.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+            raise BadInputError(f"{where}: gait: {key}: not a finite number (found {value!r})")
+        values[str(key)] = float(value)
+    missing = [key for key in ("alpha_deg", "beta_deg", "omega_rad_s") if key not in values]
+    unknown = sorted(values.keys() - {"alpha_deg", "beta_deg", "omega_rad_s", "offset_deg"})
+    if missing or unknown:
+        fault = f"{missing[0]} is missing" if missing else f"{unknown[0]} is not known"
+        raise BadInputError(f"{where}: gait: {fault}")
+    return Gait(
+        float(np.deg2rad(values["alpha_deg"])),
+        float(np.deg2rad(values["beta_deg"])),
+        values["omega_rad_s"],
+        float(np.deg2rad(values["offset_deg"])),
+    )
+
+
+def gait_to_mapping(gait: Gait) -> dict[str, float]:
+    """The gait as it stands in metadata and in session.yaml."""
+    mapping = {
+        "alpha_deg": round(float(np.rad2deg(gait.alpha_rad)), 9),
+        "beta_deg": round(float(np.rad2deg(gait.beta_rad)), 9),
+        "omega_rad_s": float(gait.omega_rad_s),
+    }
+    if gait.offset_rad:
+        mapping["offset_deg"] = round(float(np.rad2deg(gait.offset_rad)), 9)
+    return mapping

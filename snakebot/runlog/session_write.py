@@ -1,0 +1,140 @@
+"""Writes session folders."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import os
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from snakebot.errors import BadInputError
+from snakebot.robot import Robot
+from snakebot.runlog.log import gait_to_mapping
+from snakebot.runlog.run import Run
+from snakebot.runlog.session import RUN_KEYS, SESSION_FILE
+from snakebot.runlog.table import TABLE_SUFFIXES
+
+TableFormat = Literal["csv", "csv.gz", "parquet"]
+
+
+def write_session(
+    path: str | os.PathLike[str], robot: Robot, runs: Iterable[Run], table_format: TableFormat = "csv"
+) -> Path:
+    """Write runs as a session folder; ``session.yaml`` comes last, so a folder that has one is whole.
+
+    Metadata of a run is written where it is plain (numbers, text, lists of these) and is no key of the form itself.
+
+    Raises:
+        BadInputError: the folder holds something already, a run has other joints than the robot, two runs one name.
+    """
+    folder = Path(path)
+    runs = tuple(runs)
+    if not runs:
+        raise BadInputError(f"{folder}: a session needs at least one run")
+    files = {run.name: f"{_stem(run.name)}.{table_format}" for run in runs}
+    if len(files) != len(runs) or len(set(files.values())) != len(runs):
+        raise BadInputError(f"{folder}: two runs have the same name")
+    for run in runs:
+        if run.joints != robot.joints:
+            raise BadInputError(f"{folder}: run {run.name} has {run.joints} joints, the robot {robot.joints}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise BadInputError(f"{folder}: is not empty; a session is never written over another")
+        for run in runs:
+            write_table(folder / files[run.name], run_columns(run))
+        text = yaml.safe_dump(
+            {"robot": robot.to_mapping(), "runs": [_entry(run, files) for run in runs]},
+            sort_keys=False,
+            allow_unicode=True,
+        )
+        temporary = folder / f".{SESSION_FILE}.tmp"
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(folder / SESSION_FILE)
+    except OSError as error:
+        raise BadInputError(f"{folder}: cannot write the session: {error.strerror}") from None
+    return folder
+
+
+def run_columns(run: Run) -> dict[str, NDArray[Any]]:
+    """The columns of a run as the form of a session names them."""
+    columns: dict[str, NDArray[Any]] = {"t_s": run.t_s}
+    for kind, array in (("cmd", run.command_rad), ("enc", run.measured_rad), ("applied", run.applied_rad)):
+        if array is not None:
+            columns.update({f"{kind}_{joint + 1}_rad": array[:, joint] for joint in range(run.joints)})
+    if run.pose is not None:
+        columns.update({name: run.pose[:, i] for i, name in enumerate(("x_m", "y_m", "heading_rad"))})
+    return {**columns, **run.extra}
+
+
+def write_table(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
+    """Write columns as CSV, CSV.gz or Parquet, by the file's name; nan becomes an empty cell in a CSV.
+
+    Numbers keep all their digits: what is read back is equal to the last bit.
+
+    Raises:
+        BadInputError: the name says no known form.
+        OSError: it cannot be written.
+    """
+    if path.name.endswith(".parquet"):
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        pq.write_table(pa.table({name: np.asarray(values) for name, values in columns.items()}), path)
+    elif path.name.endswith(".csv.gz"):
+        with path.open("wb") as raw, gzip.GzipFile(fileobj=raw, mode="wb", filename="", mtime=0) as packed:
+            packed.write(_csv(columns))
+    elif path.name.endswith(".csv"):
+        path.write_bytes(_csv(columns))
+    else:
+        raise BadInputError(f"{path}: not a table that is written here ({', '.join(TABLE_SUFFIXES)})")
+
+
+def _csv(columns: Mapping[str, NDArray[Any]]) -> bytes:
+    texts = []
+    for values in columns.values():
+        if values.dtype.kind == "f":
+            texts.append(["" if value != value else repr(value) for value in values.tolist()])
+        elif values.dtype.kind == "b":
+            texts.append([str(int(value)) for value in values.tolist()])
+        else:
+            texts.append([str(value) for value in values.tolist()])
+    out = io.StringIO()
+    out.write(",".join(columns) + "\n")
+    out.writelines(",".join(row) + "\n" for row in zip(*texts, strict=True))
+    return out.getvalue().encode()
+
+
+def _stem(name: str) -> str:
+    for suffix in TABLE_SUFFIXES:
+        name = name.removesuffix(suffix)
+    return re.sub(r"[^A-Za-z0-9_.+-]+", "_", name).strip(".") or "run"
+
+
+def _entry(run: Run, files: Mapping[str, str]) -> dict[str, Any]:
+    entry: dict[str, Any] = {"file": files[run.name]}
+    if run.gait is not None:
+        entry["gait"] = gait_to_mapping(run.gait)
+    if run.forward_speed_m_s is not None:
+        entry["forward_speed_m_s"] = float(run.forward_speed_m_s)
+    if run.repeat_of is not None:
+        entry["repeat_of"] = files.get(run.repeat_of, run.repeat_of)
+    if run.hold_out:
+        entry["hold_out"] = True
+    entry.update(
+        {key: value for key, value in run.metadata.items() if key not in RUN_KEYS and _is_plain(value)}
+    )
+    return entry
+
+
+def _is_plain(value: object) -> bool:
+    if isinstance(value, (list, tuple)):
+        return all(_is_plain(item) for item in value)
+    return value is None or isinstance(value, (bool, int, float, str))

@@ -1,0 +1,214 @@
+"""Reads a table of numbers (CSV, CSV.gz, Parquet) strictly: what is not a number is an error that says where it is.
+
+Sizes are limited while reading, never after: a line, the number of cells, the bytes that a .gz unpacks to.
+"""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snakebot.errors import BadInputError
+
+MAX_LINE_BYTES = 64 << 10
+MAX_COLUMNS = 1024
+MAX_CELLS = 50_000_000  # 400 MB of float64
+MAX_BYTES = 1 << 30  # decompressed text
+BLOCK_ROWS = 4096
+
+TABLE_SUFFIXES = (".csv", ".csv.gz", ".parquet")
+Column = NDArray[np.float64]
+
+
+class Table(NamedTuple):
+    columns: dict[str, Column]  # numeric columns, each (N,); empty cell = nan
+    texts: tuple[str, ...]  # names of columns that are not numbers, where the caller allows those
+    first_row: int  # row of the file in which sample 0 stands, as an editor counts (the header is row 1)
+
+
+def read_table(path: Path, must_be_numbers: frozenset[str] | None = None, delimiter: str = ",") -> Table:
+    """Read a table.
+
+    Args:
+        must_be_numbers: columns in which text is an error; in others text only drops the column. None: all columns.
+        delimiter: of a CSV.
+
+    Raises:
+        BadInputError: one line with file, row and column.
+    """
+    if path.name.endswith(".parquet"):
+        return _read_parquet(path, must_be_numbers)
+    if not path.name.endswith((".csv", ".csv.gz")):
+        raise BadInputError(f"{path}: not a table that is read here ({', '.join(TABLE_SUFFIXES)})")
+    try:
+        with path.open("rb") as raw:
+            if path.name.endswith(".gz"):
+                with gzip.open(raw) as unpacked:
+                    return _read_csv(path, unpacked, must_be_numbers, delimiter)
+            return _read_csv(path, raw, must_be_numbers, delimiter)
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise BadInputError(f"{path}: not a whole gzip file: {error}") from None
+    except OSError as error:
+        raise BadInputError(f"{path}: cannot read the table: {error.strerror or error}") from None
+
+
+def _lines(path: Path, file: BinaryIO | gzip.GzipFile) -> Iterator[str]:
+    total = 0
+    row = 0
+    while line := file.readline(MAX_LINE_BYTES):
+        row += 1
+        total += len(line)
+        if len(line) == MAX_LINE_BYTES and not line.endswith(b"\n"):
+            raise BadInputError(f"{path}: row {row}: longer than {MAX_LINE_BYTES >> 10} KiB; not a table")
+        if total > MAX_BYTES:
+            raise BadInputError(f"{path}: unpacks to more than {MAX_BYTES >> 20} MiB; not read")
+        try:
+            yield line.decode("utf-8-sig" if row == 1 else "utf-8")
+        except UnicodeDecodeError:
+            raise BadInputError(f"{path}: row {row}: not UTF-8 text") from None
+
+
+def _read_csv(
+    path: Path, file: BinaryIO | gzip.GzipFile, must_be_numbers: frozenset[str] | None, delimiter: str
+) -> Table:
+    reader = csv.reader(_lines(path, file), delimiter=delimiter, strict=True)
+    try:
+        header = [name.strip() for name in next(reader, [])]
+        _check_header(path, header)
+        strict = [must_be_numbers is None or name in must_be_numbers for name in header]
+        texts = [False] * len(header)
+        blocks: list[NDArray[np.float64]] = []
+        first_row = reader.line_num + 1
+        while rows := _block(path, reader, len(header)):
+            blocks.append(_numbers(path, rows, header, strict, texts))
+            if sum(map(len, blocks)) * len(header) > MAX_CELLS:
+                raise BadInputError(f"{path}: more than {MAX_CELLS} cells; not read")
+    except csv.Error as error:
+        raise BadInputError(f"{path}: row {reader.line_num}: {error}") from None
+    array = np.concatenate(blocks) if blocks else np.empty((0, len(header)))
+    columns = {name: array[:, i].copy() for i, name in enumerate(header) if not texts[i]}
+    return Table(columns, tuple(name for i, name in enumerate(header) if texts[i]), first_row)
+
+
+def _check_header(path: Path, header: list[str]) -> None:
+    if not any(header):
+        raise BadInputError(f"{path}: row 1: the header line is missing")
+    if len(header) > MAX_COLUMNS:
+        raise BadInputError(f"{path}: row 1: {len(header)} columns; at most {MAX_COLUMNS} are read")
+    for index, name in enumerate(header):
+        if not name:
+            raise BadInputError(f"{path}: row 1: column {index + 1} has no name")
+        if name in header[:index]:
+            raise BadInputError(f"{path}: row 1: column {name} stands twice")
+
+
+_Row = tuple[int, list[str]]
+
+
+def _block(path: Path, reader: csv._reader, width: int) -> list[_Row]:
+    """Up to BLOCK_ROWS rows with their row numbers; blank lines at the end of the file are no rows."""
+    rows: list[_Row] = []
+    for cells in reader:
+        if len(cells) != width:
+            if not cells and not any(any(rest) for rest in reader):
+                break
+            raise BadInputError(f"{path}: row {reader.line_num}: {len(cells)} values for {width} columns")
+        rows.append((reader.line_num, cells))
+        if len(rows) == BLOCK_ROWS:
+            break
+    return rows
+
+
+def _numbers(
+    path: Path, rows: list[_Row], header: list[str], strict: list[bool], texts: list[bool]
+) -> NDArray[np.float64]:
+    nan = float("nan")
+    try:
+        array = np.array([[float(cell) if cell else nan for cell in cells] for _, cells in rows])
+        plain = not any("_" in cell for _, cells in rows for cell in cells)
+    except ValueError:
+        plain = False
+    if plain and not np.isinf(array).any():
+        return array
+    array = np.full((len(rows), len(header)), nan)
+    for index, (row, cells) in enumerate(rows):
+        for column, cell in enumerate(cells):
+            value = number(cell)
+            if value is not None:
+                array[index, column] = value
+            elif strict[column]:
+                raise BadInputError(
+                    f"{path}: row {row}, column {header[column]}: not a number: {cell[:40]!r}"
+                )
+            else:
+                texts[column] = True
+    return array
+
+
+def number(cell: str) -> float | None:
+    """A cell as a finite number, nan where it is empty or says so, None where it is neither."""
+    text = cell.strip()
+    if not text:
+        return float("nan")
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return None if "_" in text or np.isinf(value) else value
+
+
+def _read_parquet(path: Path, must_be_numbers: frozenset[str] | None) -> Table:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        with pq.ParquetFile(
+            path, thrift_string_size_limit=1 << 24, thrift_container_size_limit=1 << 20
+        ) as file:
+            return _parquet_columns(path, file, must_be_numbers)
+    except (pa.ArrowException, ValueError) as error:
+        raise BadInputError(f"{path}: not a Parquet table: {' '.join(str(error).split())[:200]}") from None
+    except OSError as error:
+        why = error.strerror or " ".join(str(error).split())[:200]
+        raise BadInputError(f"{path}: cannot read the table: {why}") from None
+
+
+def _parquet_columns(path: Path, file: object, must_be_numbers: frozenset[str] | None) -> Table:
+    import pyarrow as pa
+
+    about, schema = file.metadata, file.schema_arrow  # type: ignore[attr-defined]
+    names = list(schema.names)
+    _check_header(path, names)
+    unpacked = sum(about.row_group(i).total_byte_size for i in range(about.num_row_groups))
+    if about.num_rows * max(1, len(names)) > MAX_CELLS or unpacked > MAX_BYTES:
+        raise BadInputError(f"{path}: {about.num_rows} rows of {len(names)} columns are too many; not read")
+    texts = []
+    for field in schema:
+        numeric = pa.types.is_integer(field.type) or pa.types.is_floating(field.type)
+        if not numeric and not pa.types.is_boolean(field.type):
+            if must_be_numbers is None or field.name in must_be_numbers:
+                raise BadInputError(f"{path}: column {field.name}: not numbers but {field.type}")
+            texts.append(field.name)
+    wanted = [name for name in names if name not in texts]
+    parts: dict[str, list[Column]] = {name: [] for name in wanted}
+    seen = 0
+    for batch in file.iter_batches(batch_size=65536, columns=wanted):  # type: ignore[attr-defined]
+        seen += batch.num_rows
+        if seen > about.num_rows:
+            raise BadInputError(f"{path}: holds more rows than it says; not read")
+        for name in wanted:
+            values = batch.column(name).cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
+            parts[name].append(values.astype(np.float64, copy=False))
+    columns = {name: np.concatenate(part) if part else np.empty(0) for name, part in parts.items()}
+    for name, values in columns.items():
+        infinite = np.flatnonzero(np.isinf(values))
+        if infinite.size:
+            raise BadInputError(f"{path}: row {infinite[0] + 2}, column {name}: not a number: infinite")
+    return Table(columns, tuple(texts), 2)

@@ -11,6 +11,7 @@ import struct
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from firmware_protocol.catalogue import (
     MAX_JOINTS,
@@ -34,6 +35,17 @@ _KEPT = 4  # unfinished set-points or samples that are remembered before the old
 def groups(joints: int) -> int:
     """Group frames for that many joints."""
     return -(-joints // GROUP)
+
+
+def _forget_older(parts: dict[int, Any], complete: int) -> int:
+    """Give up what is older than a complete number, and return how much that was.
+
+    Groups carry 12 bits of the number: a remnant that stayed would meet the one that comes 4096 later.
+    """
+    older = [key for key in parts if (complete - key) & SHORT_MASK <= SHORT_MASK // 2]
+    for key in older:
+        del parts[key]
+    return len(older)
 
 
 def to_wire(angle_rad: float) -> float:
@@ -126,6 +138,7 @@ class SetpointAssembler:
         if setpoint_crc(latch.sequence, angles) != latch.crc32:
             self.dropped += 1
             return None
+        self.dropped += _forget_older(self._parts, key)
         return latch, tuple(angles)
 
 
@@ -196,6 +209,7 @@ class SampleAssembler:
         if parts.state is None or len(parts.measured) < count or len(parts.applied) < count:
             return None
         del self._parts[message.sample]
+        self.dropped += _forget_older(self._parts, message.sample)
         if any(index not in parts.measured or index not in parts.applied for index in range(count)):
             self.dropped += 1
             return None

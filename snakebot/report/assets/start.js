@@ -1,0 +1,2 @@
+Page.start();
+document.documentElement.dataset.ready = "yes";

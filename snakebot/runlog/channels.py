@@ -1,8 +1,8 @@
 """The channels of a run log: topic, schema and how one record becomes one JSON message.
 
-JSON with a JSON schema is what Foxglove and PlotJuggler plot without a plug-in. ``/events`` and ``/pose`` carry, beside
-our own fields, those of ``foxglove.Log`` and ``foxglove.PoseInFrame``, so that the log panel and the 3D panel show them.
-A missing number is null (JSON has no nan).
+JSON with a JSON schema is what Foxglove and PlotJuggler plot without a plug-in. Beside our own fields,
+``/events`` has those of ``foxglove.Log`` and ``/pose`` those of ``foxglove.PoseInFrame``, so that the log panel
+and the 3D panel show them. A missing number is null (JSON has no nan).
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from typing import Any
 
 import orjson
 
-from snakebot.runlog.records import Event, LinkStatistics, PerJoint, Pose, RawFrame, Tick
+from snakebot.runlog.records import Event, Level, LinkStatistics, Pose, RawFrame, Tick
 
 PROFILE = "snakebot"  # in the header of every log; the schemas below are version 1
 MESSAGE_ENCODING = "json"
 SCHEMA_ENCODING = "jsonschema"
+ROBOT_ATTACHMENT = "robot.yaml"
 
-_LEVELS = {"debug": 1, "info": 2, "warning": 3, "error": 4, "fatal": 5}  # foxglove.Log
+_LEVELS: dict[Level, int] = {"debug": 1, "info": 2, "warning": 3, "error": 4, "fatal": 5}  # foxglove.Log
 
 
 @dataclass(frozen=True)
@@ -106,12 +107,10 @@ POSE = Channel(
         "frame_id": {"type": "string"},
         "pose": _POSE,
         "t_s": _T_S,
-        "x_m": _number("centre of mass, m"),
-        "y_m": _number("centre of mass, m"),
         "heading_rad": _number("mean link angle, rad"),
         "speed_m_s": _number("forward speed, m/s", nullable=True),
     },
-    "Where the robot is on the ground.",
+    "Centre of mass on the ground, m; the orientation is the heading's, about z.",
 )
 EVENTS = Channel(
     3,
@@ -207,8 +206,6 @@ def encode_pose(pose: Pose, start_ns: int) -> bytes:
                 },
             },
             "t_s": pose.t_s,
-            "x_m": pose.x_m,
-            "y_m": pose.y_m,
             "heading_rad": pose.heading_rad,
             "speed_m_s": pose.speed_m_s,
         },
@@ -235,7 +232,7 @@ def encode_event(event: Event, start_ns: int) -> bytes:
     )
 
 
-def level_name(number: object) -> str:
+def level_name(number: object) -> Level:
     return next((name for name, value in _LEVELS.items() if value == number), "info")
 
 
@@ -252,10 +249,3 @@ def encode_frame(frame: RawFrame) -> bytes:
         "data": bytes(frame.data).hex(),
     }
     return orjson.dumps(record)
-
-
-def check_width(name: str, values: PerJoint | None, joints: int) -> str | None:
-    """What is wrong with a vector that should hold one number a joint, or None."""
-    if values is None or len(values) == joints:
-        return None
-    return f"{name} has {len(values)} values for {joints} joints"

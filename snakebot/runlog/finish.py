@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from mcap.writer import CompressionType, Writer
 
@@ -37,60 +37,43 @@ def finish(source: Path, target: Path, extra_metadata: Mapping[str, Any] | None 
         os.replace(temporary, target)
         if source != target:
             source.unlink()
+        sync_folder(target.parent)
     except OSError as error:
         temporary.unlink(missing_ok=True)
-        raise LogError(
-            f"{target}: cannot finish the log: {error.strerror or error}; all of it is in {source}"
-        ) from None
-    except LogError:
+        why = error.strerror or error
+        raise LogError(f"{target}: cannot finish the log: {why}; all of it is in {source}") from None
+    except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-    sync_folder(target.parent)
     return problems
 
 
-def _rewrite(source: Path, file: Any, extra_metadata: Mapping[str, Any]) -> list[str]:
+def _rewrite(source: Path, file: BinaryIO, extra_metadata: Mapping[str, Any]) -> list[str]:
+    from snakebot import __version__
+
     container = Container(source)
     writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
-    started = False
-    ids: dict[int, int] = {}
-    by_topic = {channel.topic: channel for channel in channels.CHANNELS}
-    for message in container.messages():
-        if not started:
-            _start(writer, container)
-            started = True
-        channel_id = ids.get(message.channel_id)
-        if channel_id is None:
-            channel = by_topic.get(container.topics.get(message.channel_id, ""))
-            if channel is None:
-                continue  # no channel of ours: its declaration was damaged
-            schema_id = writer.register_schema(channel.schema_name, channels.SCHEMA_ENCODING, channel.schema)
-            channel_id = writer.register_channel(channel.topic, channels.MESSAGE_ENCODING, schema_id)
-            ids[message.channel_id] = channel_id
-        writer.add_message(
-            channel_id, message.log_time_ns, message.data, message.publish_time_ns, message.sequence
-        )
-    if not started:
-        _start(writer, container)
+    writer.start(profile=channels.PROFILE, library=f"snakebot {__version__}")
+    numbers = {}
+    for channel in channels.CHANNELS:  # in the order of their ids, so that the ids stay the same
+        schema_id = writer.register_schema(channel.schema_name, channels.SCHEMA_ENCODING, channel.schema)
+        numbers[channel.topic] = writer.register_channel(channel.topic, channels.MESSAGE_ENCODING, schema_id)
+    for messages in container.chunks():
+        for channel_id, sequence, log_ns, publish_ns, data in messages:
+            number = numbers.get(container.topics.get(channel_id, ""))
+            if number is not None:
+                writer.add_message(number, log_ns, data, publish_ns, sequence)
+    for name, item in container.attachments.items():
+        writer.add_attachment(item.create_time, item.log_time, name, item.media_type, item.data)
     merged, damaged = merge_metadata(container)
     merged.update(extra_metadata)
     writer.add_metadata(metadata.RECORD_NAME, metadata.to_strings(merged))
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]
     return container.problems + damaged
 
 
-def _start(writer: Writer, container: Container) -> None:
-    if container.profile != channels.PROFILE:
-        raise LogError(f"{container.path}: an MCAP file, but not a run log of snakebot")
-    from snakebot import __version__
-
-    writer.start(profile=channels.PROFILE, library=f"snakebot {__version__}")
-    for name, item in container.attachments.items():
-        writer.add_attachment(item.create_time, item.log_time, name, item.media_type, item.data)
-
-
 def merge_metadata(container: Container) -> tuple[dict[str, Any], list[str]]:
-    """All metadata records of the run in their order, later values over earlier ones, and what was damaged."""
+    """All metadata of the run, later records over earlier ones; and what was damaged."""
     merged: dict[str, Any] = {}
     damaged = []
     for record in container.metadata:

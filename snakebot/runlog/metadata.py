@@ -1,7 +1,8 @@
 """The run's metadata in an MCAP metadata record: a map of strings, guarded by a checksum.
 
-A value that is not a string is stored as JSON, and so is a string that would read as JSON; viewers show plain text as
-plain text. MCAP puts no checksum on metadata, so one is stored beside it: a flipped bit is noticed, not believed.
+A value that is not a string is stored as JSON, and so is a string that would read as JSON; viewers show plain
+text as plain text. MCAP puts no checksum on metadata, so one is stored beside it: a flipped bit is noticed,
+not believed.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ _CHECKSUM = "crc32"
 
 
 def to_strings(metadata: Mapping[str, Any]) -> dict[str, str]:
-    """Encode, with the checksum added. Tuples come back as lists, numpy numbers as numbers, other objects as text."""
+    """Encode and add the checksum. Tuples come back as lists, numpy arrays too, other objects as text."""
     texts = {str(key): _encode(value) for key, value in metadata.items() if str(key) != _CHECKSUM}
     return {**texts, _CHECKSUM: _checksum(texts)}
 

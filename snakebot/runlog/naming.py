@@ -1,4 +1,4 @@
-"""Where logs are and what they are called: ``runs/20261121T081530Z_a66_b80_w2.mcap``, never twice the same."""
+"""Where logs are and how they are named: ``runs/20261121T081530Z_a66_b80_w2.mcap``, never twice the same."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Reads a run log, finished or not, into numpy arrays.
 
-JSON is decoded a few MiB at a time (one call of orjson for thousands of messages), so that memory is bounded by the
-arrays and not by the objects they are made from.
+JSON is decoded a few MiB at a time (one call of orjson for thousands of messages), so that memory is bounded
+by the arrays and not by the objects they are made from.
 """
 
 from __future__ import annotations
@@ -18,16 +18,12 @@ from numpy.typing import NDArray
 
 from snakebot.errors import BadInputError, LogError
 from snakebot.robot import Robot, robot_from_mapping
-from snakebot.runlog import channels
-from snakebot.runlog.channels import EVENTS, FRAMES, JOINTS, LINK, POSE
-from snakebot.runlog.container import Container, Message
+from snakebot.runlog.channels import EVENTS, FRAMES, JOINTS, LINK, POSE, ROBOT_ATTACHMENT, level_name
+from snakebot.runlog.container import Container
 from snakebot.runlog.finish import merge_metadata
 from snakebot.runlog.log import RunLog
 from snakebot.runlog.records import Event, RawFrame
 from snakebot.runlog.safe_yaml import load_yaml
-
-BATCH_BYTES = 8 << 20
-ROBOT_ATTACHMENT = "robot.yaml"
 
 
 class LogWarning(UserWarning):
@@ -37,53 +33,58 @@ class LogWarning(UserWarning):
 def read_log(path: str | os.PathLike[str]) -> RunLog:
     """Read a finished log, an unfinished ``.part``, or a damaged one as far as its checksums hold.
 
-    What was left out is in ``RunLog.problems`` and told by one ``LogWarning``; a row that is returned is as written.
+    What was left out is in ``RunLog.problems`` and told by one ``LogWarning``; a row that is returned is as
+    written. A ``.part`` is not ``complete``, and that alone is no problem.
 
     Raises:
         LogError: no log of snakebot, or one that would need more memory than any log does.
     """
     container = Container(Path(path))
+    joints, poses, events, link, frames = JointsTable(), PoseTable(), Table(), Table(), Table()
     tables: dict[str, Table] = {
-        JOINTS.topic: JointsTable(),
-        POSE.topic: PoseTable(),
-        EVENTS.topic: Table(),
-        LINK.topic: Table(),
-        FRAMES.topic: Table(),
+        JOINTS.topic: joints,
+        POSE.topic: poses,
+        EVENTS.topic: events,
+        LINK.topic: link,
+        FRAMES.topic: frames,
     }
-    stray = 0
     try:
-        for message in container.messages():
-            table = tables.get(container.topics.get(message.channel_id, ""))
+        _fill(container, tables)
+        return _assemble(container, joints, poses, events.rows, link.rows, frames.rows)
+    except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
+        why = f"{type(error).__name__}: {error}"
+        raise LogError(f"{path}: a message does not fit its schema ({why})") from None
+
+
+def _fill(container: Container, tables: dict[str, Table]) -> None:
+    stray = 0
+    for messages in container.chunks():
+        by_id = {number: tables.get(topic) for number, topic in container.topics.items()}
+        for channel_id, _, _, publish_ns, data in messages:
+            table = by_id.get(channel_id)
             if table is None:
                 stray += 1
             else:
-                table.add(message)
+                table.pending.append(data)
+                table.publish_ns.append(publish_ns)
         for table in tables.values():
-            table.decode()
-        return _assemble(container, tables, stray)
-    except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
-        raise LogError(
-            f"{path}: a message does not fit its schema ({type(error).__name__}: {error})"
-        ) from None
+            if len(table.pending) > table.batch_messages:
+                table.decode()
+    for table in tables.values():
+        table.decode()
+    if stray:
+        container.problems.append(f"{stray} messages on unknown channels: left out")
 
 
 class Table:
-    """The messages of one channel: bytes until a batch is full, then arrays (here: decoded rows as they are)."""
+    """The messages of one channel: bytes until there are many, then decoded (here: rows as they are)."""
+
+    batch_messages = 8192
 
     def __init__(self) -> None:
         self.pending: list[bytes] = []
-        self.sequence: list[int] = []
         self.publish_ns: list[int] = []
-        self.size = 0
         self.rows: list[Any] = []
-
-    def add(self, message: Message) -> None:
-        self.pending.append(message.data)
-        self.sequence.append(message.sequence)
-        self.publish_ns.append(message.publish_time_ns)
-        self.size += len(message.data)
-        if self.size > BATCH_BYTES:
-            self.decode()
 
     def decode(self) -> None:
         if self.pending:
@@ -91,7 +92,7 @@ class Table:
             if len(rows) != len(self.pending):
                 raise ValueError("not one JSON object a message")
             self.store(rows)
-            self.pending, self.size = [], 0
+            self.pending = []
 
     def store(self, rows: list[Any]) -> None:
         self.rows.extend(rows)
@@ -103,65 +104,64 @@ class JointsTable(Table):
 
     def __init__(self) -> None:
         super().__init__()
-        self.parts: dict[str, list[NDArray[Any]]] = {
-            name: [] for name in (*self.SCALARS, *self.VECTORS, "late")
-        }
+        self.parts: dict[str, list[NDArray[Any]]] = {}
 
     def store(self, rows: list[Any]) -> None:
         nothing = [None] * len(rows[0]["setpoint_rad"])
+        columns: dict[str, NDArray[Any]] = {}
         for name in self.SCALARS:
             kind = np.int64 if name == "sequence" else np.float64
-            self.parts[name].append(np.array([row[name] for row in rows], dtype=kind))
+            columns[name] = np.array([row[name] for row in rows], dtype=kind)
         for name in self.VECTORS:
             values = [nothing if row[name] is None else row[name] for row in rows]
-            array = np.array(values, dtype=np.float64)
-            if array.shape != (len(rows), len(nothing)):
+            columns[name] = np.array(values, dtype=np.float64)
+            if columns[name].shape != (len(rows), len(nothing)):
                 raise ValueError(f"{name} differs in length")
-            self.parts[name].append(array)
-        self.parts["late"].append(np.array([row["late"] is True for row in rows], dtype=np.bool_))
+        columns["late"] = np.array([row["late"] is True for row in rows], dtype=np.bool_)
+        for name, column in columns.items():
+            self.parts.setdefault(name, []).append(column)
 
-    def column(self, name: str) -> NDArray[Any]:
-        return np.concatenate(self.parts[name])
+    def columns(self, joints: int) -> dict[str, NDArray[Any]]:
+        """The whole columns; ``joints`` is the width where there is no row."""
+        if not self.parts:
+            empty = dict.fromkeys((*self.SCALARS, "late"), np.empty(0))
+            return {**empty, **dict.fromkeys(self.VECTORS, np.empty((0, joints)))}
+        return {name: np.concatenate(parts) for name, parts in self.parts.items()}
 
 
 class PoseTable(Table):
-    NAMES = ("t_s", "x_m", "y_m", "heading_rad", "speed_m_s")
-
     def __init__(self) -> None:
         super().__init__()
         self.parts: list[NDArray[np.float64]] = []
 
     def store(self, rows: list[Any]) -> None:
-        self.parts.append(
-            np.array([[row[name] for name in self.NAMES] for row in rows], dtype=np.float64).reshape(-1, 5)
-        )
+        values = []
+        for row in rows:
+            position = row["pose"]["position"]
+            values.append((row["t_s"], position["x"], position["y"], row["heading_rad"], row["speed_m_s"]))
+        self.parts.append(np.array(values, dtype=np.float64))
 
     def array(self) -> NDArray[np.float64]:
         return np.concatenate(self.parts) if self.parts else np.empty((0, 5))
 
 
-def _assemble(container: Container, tables: dict[str, Any], stray: int) -> RunLog:
-    if container.profile != channels.PROFILE:
-        raise LogError(f"{container.path}: an MCAP file, but not a run log of snakebot")
+def _assemble(
+    container: Container,
+    joints: JointsTable,
+    poses: PoseTable,
+    events: list[Any],
+    link: list[Any],
+    frames: list[Any],
+) -> RunLog:
     metadata, damaged = merge_metadata(container)
     problems = [*container.problems, *damaged]
-    if stray:
-        problems.append(f"{stray} messages on unknown channels: left out")
     attachments = {name: item.data for name, item in container.attachments.items()}
-    joints_table: JointsTable = tables[JOINTS.topic]
-    robot = _robot(container.path, attachments, metadata, joints_table, problems)
-    if joints_table.parts["t_s"]:
-        column = {name: joints_table.column(name) for name in joints_table.parts}
-    else:
-        column = {name: np.empty(0) for name in JointsTable.SCALARS}
-        column.update({name: np.empty((0, robot.joints)) for name in JointsTable.VECTORS})
+    robot = _robot(container.path, attachments, metadata, joints, problems)
+    column = joints.columns(robot.joints)
     if column["setpoint_rad"].shape[1] != robot.joints:
         raise ValueError(f"{column['setpoint_rad'].shape[1]} joints recorded, the robot has {robot.joints}")
-    pose = tables[POSE.topic].array()
-    link_t_s, link = _link(tables[LINK.topic].rows)
-    if problems:
-        shown = "; ".join(problems[:3]) + (f"; and {len(problems) - 3} more" if len(problems) > 3 else "")
-        warnings.warn(f"{container.path}: {shown}", LogWarning, stacklevel=3)
+    pose = poses.array()
+    _warn(container.path, problems)
     return RunLog(
         path=container.path,
         robot=robot,
@@ -171,62 +171,61 @@ def _assemble(container: Container, tables: dict[str, Any], stray: int) -> RunLo
         problems=tuple(problems),
         sequence=column["sequence"].astype(np.int64),
         t_s=column["t_s"],
-        host_time_ns=np.array(joints_table.publish_ns, dtype=np.uint64).astype(np.int64),
+        host_time_ns=np.array(joints.publish_ns, dtype=np.int64),
         setpoint_rad=column["setpoint_rad"],
         sent_rad=column["sent_rad"],
         applied_rad=column["applied_rad"],
         measured_rad=column["measured_rad"],
         board_time_us=column["board_time_us"],
         latency_s=column["latency_s"],
-        late=column.get("late", np.empty(0)).astype(np.bool_),
+        late=column["late"].astype(np.bool_),
         pose_t_s=pose[:, 0],
         pose=pose[:, 1:4],
         pose_speed_m_s=pose[:, 4],
-        events=tuple(_events(tables[EVENTS.topic].rows)),
-        link_t_s=link_t_s,
-        link=link,
+        events=tuple(_events(events)),
+        link_t_s=np.array([row["t_s"] for row in link], dtype=np.float64),
+        link=_counters(link),
         frames=tuple(
             RawFrame(float(row["t_s"]), row["direction"], int(row["id"]), bytes.fromhex(row["data"]))
-            for row in tables[FRAMES.topic].rows
+            for row in frames
         ),
     )
+
+
+def _warn(path: Path, problems: list[str]) -> None:
+    if problems:
+        more = f"; and {len(problems) - 3} more" if len(problems) > 3 else ""
+        warnings.warn(f"{path}: {'; '.join(problems[:3])}{more}", LogWarning, stacklevel=4)
 
 
 def _robot(
     path: Path,
     attachments: dict[str, bytes],
     metadata: dict[str, Any],
-    joints_table: JointsTable,
+    joints: JointsTable,
     problems: list[str],
 ) -> Robot:
     """The attached description, or, where that is damaged, a bench with as many joints as the rows have."""
     where = f"{path}: {ROBOT_ATTACHMENT}"
+    description: object
     if ROBOT_ATTACHMENT in attachments:
-        try:
-            return robot_from_mapping(load_yaml(attachments[ROBOT_ATTACHMENT], where), where)
-        except BadInputError as error:
-            raise LogError(str(error)) from None
-    problems.append("the robot's description is missing")
-    vectors = joints_table.parts["setpoint_rad"]
-    joints = vectors[0].shape[1] if vectors else metadata.get("joints", 1)
-    return robot_from_mapping({"joints": joints}, where)
+        description = load_yaml(attachments[ROBOT_ATTACHMENT], where)
+    else:
+        problems.append("the robot's description is missing")
+        vectors = joints.parts.get("setpoint_rad")
+        description = {"joints": vectors[0].shape[1] if vectors else metadata.get("joints", 1)}
+    try:
+        return robot_from_mapping(description, where)
+    except BadInputError as error:
+        raise LogError(str(error)) from None
 
 
 def _events(rows: list[Any]) -> Iterator[Event]:
     for row in rows:
-        yield Event(
-            t_s=float(row["t_s"]),
-            kind=str(row["kind"]),
-            message=str(row["message"]),
-            level=channels.level_name(row["level"]),  # type: ignore[arg-type]
-            data=dict(row["data"]),
-        )
+        level = level_name(row["level"])
+        yield Event(float(row["t_s"]), str(row["kind"]), str(row["message"]), level, dict(row["data"]))
 
 
-def _link(rows: list[Any]) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
-    names = {str(name) for row in rows for name in row["counters"]}
-    t_s = np.array([row["t_s"] for row in rows], dtype=np.float64)
-    return t_s, {
-        name: np.array([row["counters"].get(name) for row in rows], dtype=np.float64)
-        for name in sorted(names)
-    }
+def _counters(rows: list[Any]) -> dict[str, NDArray[np.float64]]:
+    names = sorted({str(name) for row in rows for name in row["counters"]})
+    return {name: np.array([row["counters"].get(name) for row in rows], dtype=np.float64) for name in names}

@@ -1,4 +1,4 @@
-"""What a run log holds, one small class a kind of record. Times are seconds since the run's start on the host's clock."""
+"""What a run log holds, one small class a kind of record. ``t_s`` is host time since the run's start."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ PerJoint = Floats | Sequence[float]  # one number a joint; nan = none
 class Tick:
     """One tick of the run loop: what was wanted, what went out, what came back.
 
-    ``None`` in place of a vector means that the board did not report it on this tick; nan in one of its places means
-    that one joint is missing (a set-point of nan = servo off, a measured angle of nan = sample lost).
+    ``None`` in place of a vector: the board did not report it on this tick. nan in one of its places: that
+    joint is missing (a set-point of nan = servo off, a measured angle of nan = sample lost).
     """
 
     sequence: int

@@ -196,9 +196,8 @@ def _check_time(path: Path, first_row: int, t_s: NDArray[np.float64]) -> None:
     back = np.flatnonzero(np.diff(t_s) <= 0)
     if back.size:
         at = int(back[0])
-        raise BadInputError(
-            f"{path}: row {first_row + at + 1}, column t_s: time does not rise: {t_s[at + 1]:g} after {t_s[at]:g}"
-        )
+        where = f"{path}: row {first_row + at + 1}, column t_s"
+        raise BadInputError(f"{where}: time does not rise: {t_s[at + 1]:.9g} after {t_s[at]:.9g}")
 
 
 def _check_names(where: str, runs: list[Run]) -> None:

@@ -29,10 +29,11 @@ def write_session(
 ) -> Path:
     """Write runs as a session folder; ``session.yaml`` comes last, so a folder that has one is whole.
 
-    Metadata of a run is written where it is plain (numbers, text, lists of these) and is no key of the form itself.
+    Metadata of a run is written where it is plain (numbers, text, lists) and no key of the form itself.
 
     Raises:
-        BadInputError: the folder holds something already, a run has other joints than the robot, two runs one name.
+        BadInputError: the folder holds something already, a run has other joints than the robot, or two runs
+            have one name.
     """
     folder = Path(path)
     runs = tuple(runs)

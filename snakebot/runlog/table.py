@@ -1,4 +1,4 @@
-"""Reads a table of numbers (CSV, CSV.gz, Parquet) strictly: what is not a number is an error that says where it is.
+"""Reads a table of numbers (CSV, CSV.gz, Parquet) strictly: what is no number is an error that says where.
 
 Sizes are limited while reading, never after: a line, the number of cells, the bytes that a .gz unpacks to.
 """
@@ -10,7 +10,7 @@ import gzip
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +37,7 @@ def read_table(path: Path, must_be_numbers: frozenset[str] | None = None, delimi
     """Read a table.
 
     Args:
-        must_be_numbers: columns in which text is an error; in others text only drops the column. None: all columns.
+        must_be_numbers: columns in which text is an error; in others text only drops the column. None: all.
         delimiter: of a CSV.
 
     Raises:
@@ -112,7 +112,7 @@ def _check_header(path: Path, header: list[str]) -> None:
 _Row = tuple[int, list[str]]
 
 
-def _block(path: Path, reader: csv._reader, width: int) -> list[_Row]:
+def _block(path: Path, reader: Any, width: int) -> list[_Row]:
     """Up to BLOCK_ROWS rows with their row numbers; blank lines at the end of the file are no rows."""
     rows: list[_Row] = []
     for cells in reader:
@@ -180,10 +180,10 @@ def _read_parquet(path: Path, must_be_numbers: frozenset[str] | None) -> Table:
         raise BadInputError(f"{path}: cannot read the table: {why}") from None
 
 
-def _parquet_columns(path: Path, file: object, must_be_numbers: frozenset[str] | None) -> Table:
+def _parquet_columns(path: Path, file: Any, must_be_numbers: frozenset[str] | None) -> Table:
     import pyarrow as pa
 
-    about, schema = file.metadata, file.schema_arrow  # type: ignore[attr-defined]
+    about, schema = file.metadata, file.schema_arrow
     names = list(schema.names)
     _check_header(path, names)
     unpacked = sum(about.row_group(i).total_byte_size for i in range(about.num_row_groups))
@@ -199,7 +199,7 @@ def _parquet_columns(path: Path, file: object, must_be_numbers: frozenset[str] |
     wanted = [name for name in names if name not in texts]
     parts: dict[str, list[Column]] = {name: [] for name in wanted}
     seen = 0
-    for batch in file.iter_batches(batch_size=65536, columns=wanted):  # type: ignore[attr-defined]
+    for batch in file.iter_batches(batch_size=65536, columns=wanted):
         seen += batch.num_rows
         if seen > about.num_rows:
             raise BadInputError(f"{path}: holds more rows than it says; not read")

@@ -1,9 +1,9 @@
 """Writes a run log while the robot moves, without ever making the run loop wait for a disk.
 
-A call encodes its record and puts it on a queue: a few microseconds, no lock, no I/O. One thread gathers the queue into
-small MCAP chunks with a checksum and hands them to the system every ``flush_s``; from there they survive the process
-(kill -9). A second thread asks for them to reach the disk (fdatasync), so that a slow disk holds up neither the run
-loop nor the first thread; from there they survive a power cut.
+A call encodes its record and puts it on a queue: a few microseconds, no lock, no I/O. One thread gathers the
+queue into small MCAP chunks with a checksum and hands them to the system every ``flush_s``; from there they
+survive the process (kill -9). A second thread asks for them to reach the disk (fdatasync), so that a slow
+disk holds up neither the run loop nor the first thread; from there they survive a power cut.
 """
 
 from __future__ import annotations
@@ -34,7 +34,6 @@ from snakebot.runlog.records import Event, LinkStatistics, Pose, RawFrame, Tick
 FLUSH_S = 0.2  # with the time to sync, well within the half second that a crash may cost
 CHUNK_BYTES = 16 << 10
 MAX_QUEUE_BYTES = 64 << 20  # a disk that hangs for minutes is reported, not buffered without end
-ROBOT_ATTACHMENT = "robot.yaml"
 
 _MESSAGE = struct.Struct("<BQHIQQ")
 _CHUNK_HEAD = struct.Struct("<BQQQQI")
@@ -48,14 +47,14 @@ class RunWriter:
         robot: attached as ``robot.yaml``.
         metadata: what describes the run (gait, faults, port, versions, ...): anything JSON can carry.
         attachments: further files to carry, by name (the DBC, an effects file).
-        start_time_ns: wall clock at t_s = 0. Log times are this plus ``t_s``, so that setting the wall clock in
-            mid-run does not disorder the log; the wall clock of each tick is kept as its publish time.
+        start_time_ns: wall clock at t_s = 0. Log times are this plus ``t_s``, so that setting the wall clock
+            in mid-run does not disorder the log; the wall clock of each tick is kept as its publish time.
         flush_s: longest time that a record waits in this process.
         sync_s: longest time between two requests to reach the disk.
 
     Raises:
-        LogError: the log cannot be made. Every later call raises it too, in one clear line, as soon as a record could
-            not be written; what was written until then stays readable.
+        LogError: the log cannot be made. Every later call raises it too, in one clear line, as soon as a
+            record could not be written; what was written until then stays readable.
 
     Calls may come from any thread; ``close`` waits for the disk, so call it when the robot is safe.
     """
@@ -79,7 +78,7 @@ class RunWriter:
         self._queued_bytes = 0
         self._written_bytes = 0
         self._sequence = dict.fromkeys((channel.id for channel in channels.CHANNELS), 0)
-        self._error: LogError | None = None
+        self._error: str | None = None
         self._reported = False
         self._closed = False
         self._flush_s, self._sync_s = flush_s, sync_s
@@ -99,7 +98,7 @@ class RunWriter:
         self._thread.start()
         self._syncer.start()
 
-    # --- called from the run loop -------------------------------------------------------------------------------
+    # --- called from the run loop
 
     def tick(self, tick: Tick) -> None:
         """Record one tick. Its arrays are copied: the caller may use them again."""
@@ -130,7 +129,7 @@ class RunWriter:
         self._put(channels.FRAMES.id, frame.t_s, channels.encode_frame(frame))
 
     def add_metadata(self, more: Mapping[str, Any]) -> None:
-        """Add to the run's metadata, or replace values of it (how the run ended, a speed measured meanwhile)."""
+        """Add to the run's metadata, or replace values of it: how the run ended, a speed measured later."""
         self._check()
         self._append(_metadata_record(more))
 
@@ -167,11 +166,11 @@ class RunWriter:
     def _check(self) -> None:
         if self._error is not None:
             self._reported = True
-            raise self._error
+            raise LogError(self._error)
         if self._closed:
             raise LogError(f"{self.path}: the log is closed")
 
-    # --- closing ------------------------------------------------------------------------------------------------
+    # --- closing
 
     def close(self) -> Path:
         """Write what is left, compress, add the index and give the log its final name. Returns that name.
@@ -195,8 +194,7 @@ class RunWriter:
         if self._error is not None:
             if self._reported:
                 return self.part_path
-            self._reported = True
-            raise self._error
+            raise LogError(self._error)
         finish(self.part_path, self.path)
         return self.path
 
@@ -214,7 +212,7 @@ class RunWriter:
         except LogError as second:
             error.add_note(str(second))
 
-    # --- the two threads ----------------------------------------------------------------------------------------
+    # --- the two threads
 
     def _write_loop(self) -> None:
         while True:
@@ -277,12 +275,12 @@ class RunWriter:
 
     def _fail(self, why: str) -> None:
         if self._error is None:
-            self._error = LogError(
-                f"{self.part_path}: the log cannot be written any further: {why}; what was written until then "
-                "can be read as it is, or finished with 'snakebot log recover'"
+            self._error = (
+                f"{self.part_path}: the log cannot be written any further: {why}; what was written until "
+                "then can be read as it is, or finished with 'snakebot log recover'"
             )
 
-    # --- the start of the file ----------------------------------------------------------------------------------
+    # --- the start of the file
 
     def _create(self) -> int:
         if self.path.exists():
@@ -304,7 +302,7 @@ class RunWriter:
         builder = RecordBuilder()
         builder.write(MCAP0_MAGIC)
         Header(profile=channels.PROFILE, library=f"snakebot {__version__}").write(builder)
-        files = {ROBOT_ATTACHMENT: robot.to_yaml().encode(), **attachments}
+        files = {channels.ROBOT_ATTACHMENT: robot.to_yaml().encode(), **attachments}
         for name, data in files.items():
             Attachment(now_ns, now_ns, name, _media_type(name), bytes(data)).write(builder)
         builder.write(
@@ -312,21 +310,11 @@ class RunWriter:
         )
         declarations = RecordBuilder()
         for channel in channels.CHANNELS:
-            Schema(
-                id=channel.id,
-                name=channel.schema_name,
-                encoding=channels.SCHEMA_ENCODING,
-                data=channel.schema,
-            ).write(declarations)
-            Channel(
-                id=channel.id,
-                topic=channel.topic,
-                message_encoding=channels.MESSAGE_ENCODING,
-                metadata={},
-                schema_id=channel.id,
-            ).write(declarations)
-        builder.write(_chunk(declarations.end(), 0, 0))
-        return bytes(builder.end())
+            number = channel.id
+            Schema(number, channel.schema, channels.SCHEMA_ENCODING, channel.schema_name).write(declarations)
+            Channel(number, channel.topic, channels.MESSAGE_ENCODING, {}, number).write(declarations)
+        builder.write(_chunk(_built(declarations), 0, 0))
+        return _built(builder)
 
 
 def _chunk(data: bytes, first_ns: int, last_ns: int) -> bytes:
@@ -336,10 +324,14 @@ def _chunk(data: bytes, first_ns: int, last_ns: int) -> bytes:
     return head + struct.pack("<IQ", 0, len(data)) + data
 
 
+def _built(builder: RecordBuilder) -> bytes:
+    return bytes(builder.end())  # type: ignore[no-untyped-call]
+
+
 def _metadata_record(values: Mapping[str, Any]) -> bytes:
     builder = RecordBuilder()
     Metadata(name=metadata.RECORD_NAME, metadata=metadata.to_strings(values)).write(builder)
-    return bytes(builder.end())
+    return _built(builder)
 
 
 def _media_type(name: str) -> str:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from snakebot.errors import BadInputError
 from snakebot.physics import kernel
+from snakebot.physics.compiled import jit
 from snakebot.physics.kernel import FREE, PRESCRIBED, TORQUE
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
 
@@ -29,17 +29,14 @@ class Drive:
 
     Attributes:
         kind: PRESCRIBED (angle is imposed, the torque follows), TORQUE (torque is imposed) or FREE (swings, no torque).
-        angle_rad, rate_rad_s: of PRESCRIBED joints at the *end* of the step.
-        acceleration_rad_s2: of PRESCRIBED joints at the end of the step; it only enters the torque that is reported
-            there. NaN: the mean over the step. The motion itself follows the change of rate, so that no momentum is
-            made up where rate and acceleration disagree.
+        angle_rad, rate_rad_s: of PRESCRIBED joints at the *end* of the step. The acceleration over the step follows from
+            the change of rate, so that no momentum is made up where a rate jumps.
         torque_nm: on TORQUE joints, constant over the step.
     """
 
     kind: npt.NDArray[np.int64]
     angle_rad: Vector
     rate_rad_s: Vector
-    acceleration_rad_s2: Vector
     torque_nm: Vector
 
     @classmethod
@@ -50,7 +47,6 @@ class Drive:
             np.full(joints, PRESCRIBED, dtype=np.int64),
             angle,
             np.zeros(joints),
-            np.full(joints, np.nan),
             np.zeros(joints),
         )
 
@@ -63,10 +59,12 @@ class Chain:
 
     Attributes:
         t_s: time since the last reset.
-        joint_angle_rad, joint_rate_rad_s, joint_torque_nm: (joints,).
+        joint_angle_rad, joint_rate_rad_s: (joints,).
+        joint_torque_nm: (joints,), mean over the last step.
         com_m, com_velocity_m_s: (2,), centre of mass.
         heading_rad, heading_rate_rad_s: mean link angle.
-        power_in_w: sum of torque times joint rate. power_dissipated_w: taken by the ground.
+        power_in_w: sum of torque times joint rate, mean over the last step.
+        power_dissipated_w: taken by the ground, at the start of the last step.
     """
 
     def __init__(self, model: ChainModel, dt_s: float) -> None:
@@ -116,8 +114,8 @@ class Chain:
         """Move on by ``dt_s``."""
         _online_step(
             self.model.packed, self._slope, self.model.eps, self.dt_s, drive.kind, self._base,
-            self.joint_angle_rad, self.joint_rate_rad_s, drive.angle_rad, drive.rate_rad_s,
-            drive.acceleration_rad_s2, drive.torque_nm, self._work, self._stage, self.joint_torque_nm, self._power,
+            self.joint_angle_rad, self.joint_rate_rad_s, drive.angle_rad, drive.rate_rad_s, drive.torque_nm,
+            self._work, self._stage, self.joint_torque_nm, self._power,
         )  # fmt: skip
         self.t_s += self.dt_s
 
@@ -161,15 +159,20 @@ class Chain:
     def _link_rows(self, first: int, second: int) -> Vector:
         no_acceleration = np.zeros(self.model.joints)
         kernel.kinematics(
-            self.model.packed, self._base, self.joint_angle_rad, self.joint_rate_rad_s, no_acceleration, self._work
+            self.model.packed,
+            self._base,
+            self.joint_angle_rad,
+            self.joint_rate_rad_s,
+            no_acceleration,
+            self._work,
         )
         return np.stack((self._work[first], self._work[second]), axis=1)
 
 
-@njit(cache=True)  # type: ignore[misc]
+@jit  # type: ignore[misc]
 def _online_step(
     links: Any, slope: float, eps: float, h: float, kind: Any, base: Any, phi: Any, dphi: Any, phi_end: Any,
-    dphi_end: Any, acc_end: Any, torque_in: Any, work: Any, stage: Any, torque_out: Any, power: Any,
+    dphi_end: Any, torque_in: Any, work: Any, stage: Any, torque_out: Any, power: Any,
 ) -> None:  # fmt: skip
     n = links.shape[1]
     acc, torque, damping = stage[7], stage[8], stage[9]
@@ -177,13 +180,6 @@ def _online_step(
         acc[j] = (dphi_end[j] - dphi[j]) / h if kind[j] == PRESCRIBED else 0.0
         torque[j] = torque_in[j] if kind[j] == TORQUE else 0.0
     kernel.step(
-        links, slope, eps, h, kind, base, phi, dphi, acc, phi_end, dphi_end, acc, torque, torque, damping, work, stage
-    )
-    for j in range(n - 1):
-        if kind[j] == PRESCRIBED and not math.isnan(acc_end[j]):
-            acc[j] = acc_end[j]
-    kernel.kinematics(links, base, phi, dphi, acc, work)
-    kernel.solve(links, slope, eps, 0.0, 1.0, 0.0, kind, torque, damping, work, stage[0], stage[1])
-    kernel.powers(n, dphi, work, power)
-    for j in range(n - 1):
-        torque_out[j] = work[kernel.UU, j + 1]
+        links, slope, eps, h, kind, base, phi, dphi, acc, phi_end, dphi_end, acc, torque, torque, damping, work, stage,
+        torque_out, power,
+    )  # fmt: skip

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit, prange
+from numba import prange
 
 from snakebot.errors import BadInputError
 from snakebot.physics import kernel
+from snakebot.physics.compiled import jit, jit_parallel
 from snakebot.physics.kernel import FREE, PRESCRIBED
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
 
@@ -73,7 +74,9 @@ def simulate_gaits(
     if steps_per_cycle < 8:
         raise BadInputError(f"physics: {steps_per_cycle} steps per cycle are too few; give at least 8")
     if not (math.isfinite(servo_time_constant_s) and servo_time_constant_s >= 0):
-        raise BadInputError(f"physics: the servo time constant must be 0 or more, it is {servo_time_constant_s}")
+        raise BadInputError(
+            f"physics: the servo time constant must be 0 or more, it is {servo_time_constant_s}"
+        )
     out = np.zeros((len(table), 4))
     _batch(
         model.packed, STANDARD_GRAVITY_M_S2 * math.sin(model.slope_rad), model.eps, table, kind, stuck,
@@ -108,7 +111,9 @@ def joint_kinds(
 def _gait_table(gaits: npt.ArrayLike) -> Vector:
     table = np.atleast_2d(np.asarray(gaits, dtype=np.float64))
     if table.ndim != 2 or table.shape[1] not in (3, 4):
-        raise BadInputError(f"physics: gaits have shape {table.shape}; expected (G, 4): alpha, beta, omega, offset")
+        raise BadInputError(
+            f"physics: gaits have shape {table.shape}; expected (G, 4): alpha, beta, omega, offset"
+        )
     if table.shape[1] == 3:
         table = np.column_stack((table, np.zeros(len(table))))
     if not np.all(np.isfinite(table)):
@@ -118,7 +123,7 @@ def _gait_table(gaits: npt.ArrayLike) -> Vector:
     return np.ascontiguousarray(table)
 
 
-@njit(cache=True)  # type: ignore[misc]
+@jit  # type: ignore[misc]
 def reference(gait: Any, tau: float, t: float, kind: Any, stuck: Any, phi: Any, dphi: Any, acc: Any) -> None:
     """Angle, rate and acceleration of prescribed joints at time t; other joints are left alone.
 
@@ -151,7 +156,7 @@ def reference(gait: Any, tau: float, t: float, kind: Any, stuck: Any, phi: Any, 
         acc[j] = dd_ramp * f + 2.0 * d_ramp * df + ramp * ddf
 
 
-@njit(cache=True, parallel=True)  # type: ignore[misc]
+@jit_parallel  # type: ignore[misc]
 def _batch(
     links: Any, slope: float, eps: float, gaits: Any, kind: Any, stuck: Any, tau: float, cycles: int, averaged: int,
     steps: int, out: Any,
@@ -160,7 +165,7 @@ def _batch(
         _one_gait(links, slope, eps, gaits[g], kind, stuck, tau, cycles, averaged, steps, out[g])
 
 
-@njit(cache=True)  # type: ignore[misc]
+@jit  # type: ignore[misc]
 def _one_gait(
     links: Any, slope: float, eps: float, gait: Any, kind: Any, stuck: Any, tau: float, cycles: int, averaged: int,
     steps: int, out: Any,
@@ -170,7 +175,7 @@ def _one_gait(
     base = np.zeros(6)
     phi, dphi, acc = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
     phi_end, dphi_end, acc_end = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
-    nothing = np.zeros(n - 1)
+    nothing, torque = np.zeros(n - 1), np.zeros(n - 1)
     power = np.zeros(2)
     h = 2 * math.pi / gait[2] / steps
     reference(gait, tau, 0.0, kind, stuck, phi, dphi, acc)
@@ -183,17 +188,15 @@ def _one_gait(
         measure = cycle >= cycles - averaged
         for i in range(steps):
             if measure:
-                kernel.kinematics(links, base, phi, dphi, acc, work)
-                kernel.solve(links, slope, eps, 0.0, 1.0, 0.0, kind, nothing, nothing, work, stage[0], stage[1])
-                kernel.powers(n, dphi, work, power)
-                power_in += power[0]
-                lost += power[1]
                 heading += base[2]
             reference(gait, tau, (cycle * steps + i + 1) * h, kind, stuck, phi_end, dphi_end, acc_end)
             kernel.step(
                 links, slope, eps, h, kind, base, phi, dphi, acc, phi_end, dphi_end, acc_end, nothing, nothing,
-                nothing, work, stage,
+                nothing, work, stage, torque, power,
             )  # fmt: skip
+            if measure:
+                power_in += power[0]
+                lost += power[1]
             acc[:] = acc_end
         if measure:
             heading /= steps

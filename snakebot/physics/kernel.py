@@ -18,7 +18,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from snakebot.physics.compiled import jit
 
 # Rows of ChainModel.packed, (8, n).
 MASS, HALF, INERTIA, CT, CN, CT0, CN0, CR = range(8)
@@ -38,8 +39,6 @@ WORK_ROWS = 35
 # Two-stage Rosenbrock method of second order for any approximation of the Jacobian, L-stable for this gamma with the
 # exact one (Verwer, Spee, Blom & Hundsdorfer, SIAM J. Sci. Comput. 20(4), 1999: ROS2).
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
-
-jit = njit(cache=True, fastmath={"contract", "nsz", "arcp"}, error_model="numpy", inline="never")
 
 
 @jit  # type: ignore[misc]
@@ -346,28 +345,37 @@ def solve(
 def step(
     links: Any, slope_force: float, eps: float, h: float, kind: Any, base: Any, phi: Any, dphi: Any,
     acc: Any, phi_end: Any, dphi_end: Any, acc_end: Any, torque: Any, torque_end: Any, damping: Any,
-    work: Any, stage: Any,
+    work: Any, stage: Any, mean_torque: Any, power: Any,
 ) -> None:  # fmt: skip
     """One step of ROS2 in place: ``base`` (6,), ``phi`` and ``dphi`` (n-1,) move on by ``h``.
 
     Prescribed joints go to ``phi_end``, ``dphi_end``; their accelerations are ``acc`` and ``acc_end`` at the two ends and
-    must be 0 elsewhere. ``torque``, ``torque_end``: on the other joints. ``stage``: scratch (12, max(6, n)).
+    must be 0 elsewhere. ``torque``, ``torque_end``: on the other joints, at the two ends. ``mean_torque`` (n-1,) and
+    ``power`` (2,) come out: torques and power put in over the step, power lost to the ground at its start. The stages'
+    own reactions are used for that: the true torque at one instant jumps wherever a link passes through zero speed, and
+    its samples say little about the step.
     """
     n = links.shape[1]
-    k1 = stage[0]
-    k1phi = stage[1]
-    k2 = stage[2]
-    k2phi = stage[3]
-    base2 = stage[4]
-    phi2 = stage[5]
-    dphi2 = stage[6]
+    k1, k1phi, k2, k2phi, base2, phi2, dphi2 = (
+        stage[0],
+        stage[1],
+        stage[2],
+        stage[3],
+        stage[4],
+        stage[5],
+        stage[6],
+    )
     gh = GAMMA * h
     kinematics(links, base, phi, dphi, acc, work)
     solve(links, slope_force, eps, gh, 1.0, 0.0, kind, torque, damping, work, k1, k1phi)
+    power[0] = 0.0
+    power[1] = dissipation(n, work)
     for a in range(3):
         base2[a] = base[a] + h * base[a + 3]
         base2[a + 3] = base[a + 3] + h * k1[a]
     for j in range(n - 1):
+        mean_torque[j] = 0.5 * work[UU, j + 1]
+        power[0] += 0.5 * work[UU, j + 1] * dphi[j]
         if kind[j] == PRESCRIBED:
             phi2[j] = phi_end[j]
             dphi2[j] = dphi_end[j]
@@ -387,19 +395,17 @@ def step(
         else:
             phi[j] += h * dphi[j] + 0.5 * h * h * k1phi[j]
             dphi[j] += h * (1.5 * k1phi[j] + 0.5 * k2phi[j])
+        mean_torque[j] += 0.5 * work[UU, j + 1]
+        power[0] += 0.5 * work[UU, j + 1] * dphi[j]
 
 
 @jit  # type: ignore[misc]
-def powers(n: int, dphi: Any, work: Any, out: Any) -> None:
-    """Power put in by the joints and power lost to the ground, W, from the last ``solve`` with gh = 0."""
-    power_in = 0.0
-    for j in range(n - 1):
-        power_in += work[UU, j + 1] * dphi[j]
+def dissipation(n: int, work: Any) -> float:
+    """Power that the links lose to the ground, W, at the state of the last ``solve``."""
     lost = 0.0
     for i in range(n):
         lost -= work[FX, i] * work[VX, i] + work[FY, i] * work[VY, i] + work[FA, i] * work[OMEGA, i]
-    out[0] = power_in
-    out[1] = lost
+    return lost
 
 
 @jit  # type: ignore[misc]

@@ -61,7 +61,9 @@ class ChainModel:
             value = np.ascontiguousarray(np.broadcast_to(given, (n,))).copy()
             positive = name in ("mass", "half_length", "inertia")
             if not np.all(np.isfinite(value)) or np.any(value < 0) or (positive and np.any(value == 0)):
-                raise BadInputError(f"physics: {name} must be {'above zero' if positive else 'zero or more'}: {value}")
+                raise BadInputError(
+                    f"physics: {name} must be {'above zero' if positive else 'zero or more'}: {value}"
+                )
             value.setflags(write=False)
             object.__setattr__(self, name, value)
         if not (math.isfinite(self.eps) and self.eps > 0):
@@ -69,7 +71,16 @@ class ChainModel:
         if not math.isfinite(self.slope_rad):
             raise BadInputError(f"physics: slope_rad must be a finite number, it is {self.slope_rad}")
         packed = np.stack(
-            [self.mass, self.half_length, self.inertia, self.ct, self.cn, self.ct0, self.cn0, self.rotational_drag]
+            [
+                self.mass,
+                self.half_length,
+                self.inertia,
+                self.ct,
+                self.cn,
+                self.ct0,
+                self.cn0,
+                self.rotational_drag,
+            ]
         )
         packed.setflags(write=False)
         object.__setattr__(self, "packed", packed)
@@ -135,5 +146,7 @@ class ChainModel:
 def _per_link(value: float | Sequence[float] | Vector | None, links: int, name: str) -> Vector:
     given = np.asarray(0.0 if value is None else value, dtype=np.float64)
     if given.shape not in ((), (links,)):
-        raise BadInputError(f"physics: {name} has shape {given.shape}; give one number, or one for each of {links} links")
+        raise BadInputError(
+            f"physics: {name} has shape {given.shape}; give one number, or one for each of {links} links"
+        )
     return np.broadcast_to(given, (links,)).copy()

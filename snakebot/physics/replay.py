@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
 from snakebot.errors import BadInputError
 from snakebot.physics import kernel
+from snakebot.physics.compiled import jit
 from snakebot.physics.kernel import PRESCRIBED
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
 
@@ -26,10 +26,10 @@ class Trajectory:
 
     Attributes:
         t_s: (T,).
-        joint_angle_rad, joint_rate_rad_s, joint_torque_nm: (T, joints).
-        com_m, com_velocity_m_s: (T, 2).
+        joint_angle_rad, joint_rate_rad_s: (T, joints).
+        com_m, com_velocity_m_s: (T, 2), centre of mass.
         heading_rad: (T,), mean link angle.
-        power_in_w, power_dissipated_w: (T,).
+        joint_torque_nm: (T, joints), power_in_w, power_dissipated_w: (T,); means over the time since the sample before.
     """
 
     t_s: Vector
@@ -94,7 +94,9 @@ def replay(
         raise BadInputError("physics: the times of a replay must rise")
     if not np.all(np.isfinite(angle)):
         row, joint = np.argwhere(~np.isfinite(angle))[0]
-        raise BadInputError(f"physics: joint {joint + 1} has no angle at sample {row}; fill gaps before a replay")
+        raise BadInputError(
+            f"physics: joint {joint + 1} has no angle at sample {row}; fill gaps before a replay"
+        )
     if not max_step_s > 0:
         raise BadInputError(f"physics: the time step must be above zero, it is {max_step_s}")
     rate = np.gradient(angle, t, axis=0, edge_order=1)
@@ -112,7 +114,7 @@ def replay(
     )  # fmt: skip
 
 
-@njit(cache=True)  # type: ignore[misc]
+@jit  # type: ignore[misc]
 def _hermite(u: float, h: float, a: Any, b: Any, da: Any, db: Any, phi: Any, dphi: Any, acc: Any) -> None:
     for j in range(a.size):
         step = b[j] - a[j]
@@ -123,7 +125,7 @@ def _hermite(u: float, h: float, a: Any, b: Any, da: Any, db: Any, phi: Any, dph
         acc[j] = (2 * c2 + 6 * u * c3) / (h * h)
 
 
-@njit(cache=True)  # type: ignore[misc]
+@jit  # type: ignore[misc]
 def _replay(
     links: Any, slope: float, eps: float, t: Any, angle: Any, rate: Any, max_step: float, base: Any, torque: Any,
     power: Any,
@@ -134,29 +136,21 @@ def _replay(
     state = base[0].copy()
     phi, dphi, acc = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
     phi_end, dphi_end, acc_end = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
-    nothing = np.zeros(n - 1)
-    for i in range(t.size):
-        a = min(i, t.size - 2)
-        span = t[a + 1] - t[a]
-        if i > 0:
-            a = i - 1
-            span = t[i] - t[a]
-            parts = int(math.ceil(span / max_step * (1 - 1e-9)))
-            h = span / parts
-            _hermite(0.0, span, angle[a], angle[i], rate[a], rate[i], phi, dphi, acc)
-            for part in range(parts):
-                _hermite((part + 1) / parts, span, angle[a], angle[i], rate[a], rate[i], phi_end, dphi_end, acc_end)
-                kernel.step(
-                    links, slope, eps, h, kind, state, phi, dphi, acc, phi_end, dphi_end, acc_end, nothing, nothing,
-                    nothing, work, stage,
-                )  # fmt: skip
-                acc[:] = acc_end
-            base[i] = state
-        else:
-            _hermite(0.0, span, angle[0], angle[1], rate[0], rate[1], phi, dphi, acc)
-        kernel.kinematics(links, state, phi, dphi, acc, work)
-        kernel.solve(links, slope, eps, 0.0, 1.0, 0.0, kind, nothing, nothing, work, stage[0], stage[1])
-        power_row = power[i]
-        kernel.powers(n, dphi, work, power_row)
-        for j in range(n - 1):
-            torque[i, j] = work[kernel.UU, j + 1]
+    nothing, mean_torque, part_power = np.zeros(n - 1), np.zeros(n - 1), np.zeros(2)
+    for i in range(1, t.size):
+        span = t[i] - t[i - 1]
+        parts = int(math.ceil(span / max_step * (1 - 1e-9)))
+        _hermite(0.0, span, angle[i - 1], angle[i], rate[i - 1], rate[i], phi, dphi, acc)
+        for part in range(parts):
+            u = (part + 1) / parts
+            _hermite(u, span, angle[i - 1], angle[i], rate[i - 1], rate[i], phi_end, dphi_end, acc_end)
+            kernel.step(
+                links, slope, eps, span / parts, kind, state, phi, dphi, acc, phi_end, dphi_end, acc_end, nothing,
+                nothing, nothing, work, stage, mean_torque, part_power,
+            )  # fmt: skip
+            acc[:] = acc_end
+            power[i] += part_power / parts
+            torque[i] += mean_torque / parts
+        base[i] = state
+    power[0] = power[1]
+    torque[0] = torque[1]

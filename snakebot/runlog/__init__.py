@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from snakebot.runlog.log import RunLog, gait_to_mapping
 from snakebot.runlog.naming import new_log_path
+from snakebot.runlog.opening import open_run, open_runs, open_session
 from snakebot.runlog.reader import LogWarning, read_log
-from snakebot.runlog.records import Event, LinkStatistics, Pose, RawFrame, Tick
+from snakebot.runlog.records import Event, LinkStatistics, Pose, RawFrame, Telemetry, Tick
 from snakebot.runlog.run import Run, Session
 from snakebot.runlog.session import read_session
 from snakebot.runlog.session_write import write_session
@@ -21,9 +22,13 @@ __all__ = [
     "RunLog",
     "RunWriter",
     "Session",
+    "Telemetry",
     "Tick",
     "gait_to_mapping",
     "new_log_path",
+    "open_run",
+    "open_runs",
+    "open_session",
     "read_log",
     "read_session",
     "write_session",

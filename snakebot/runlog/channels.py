@@ -1,8 +1,8 @@
 """The channels of a run log: topic, schema and how one record becomes one JSON message.
 
 JSON with a JSON schema is what Foxglove and PlotJuggler plot without a plug-in. Beside our own fields,
-``/events`` has those of ``foxglove.Log`` and ``/pose`` those of ``foxglove.PoseInFrame``, so that the log panel
-and the 3D panel show them. A missing number is null (JSON has no nan).
+``/events`` has those of ``foxglove.Log`` and ``/pose`` those of ``foxglove.PoseInFrame``, so that the log and
+3D panels show them. A missing number is null (JSON has no nan).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 import orjson
 
-from snakebot.runlog.records import Event, Level, LinkStatistics, Pose, RawFrame, Tick
+from snakebot.runlog.records import Event, Level, LinkStatistics, Pose, RawFrame, Telemetry, Tick
 
 PROFILE = "snakebot"  # in the header of every log; the schemas below are version 1
 MESSAGE_ENCODING = "json"
@@ -148,7 +148,19 @@ FRAMES = Channel(
     },
     "Frames as they were on the wire, when asked for.",
 )
-CHANNELS = (JOINTS, POSE, EVENTS, LINK, FRAMES)
+TELEMETRY = Channel(
+    6,
+    "/telemetry",
+    "snakebot.Telemetry",
+    {
+        "t_s": _T_S,
+        "supply_v": _number("V"),
+        "current_1_a": _number("A, one a joint"),
+        "temperature_1_c": _number("degrees Celsius, one a joint"),
+    },
+    "Further readings by the names that session folders use; any number may be missing or added.",
+)
+CHANNELS = (JOINTS, POSE, EVENTS, LINK, FRAMES, TELEMETRY)
 
 _OPTIONS = orjson.OPT_SERIALIZE_NUMPY
 
@@ -239,6 +251,10 @@ def level_name(number: object) -> Level:
 def encode_link(statistics: LinkStatistics) -> bytes:
     record = {"t_s": statistics.t_s, "counters": dict(statistics.counters)}
     return orjson.dumps(record, default=_plain, option=_OPTIONS)
+
+
+def encode_telemetry(telemetry: Telemetry) -> bytes:
+    return orjson.dumps({"t_s": telemetry.t_s, **telemetry.values}, default=_plain, option=_OPTIONS)
 
 
 def encode_frame(frame: RawFrame) -> bytes:

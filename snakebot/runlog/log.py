@@ -51,6 +51,8 @@ class RunLog:
     events: tuple[Event, ...]
     link_t_s: Floats  # (L,)
     link: Mapping[str, Floats]  # counter -> (L,)
+    telemetry_t_s: Floats  # (M,)
+    telemetry: Mapping[str, Floats]  # supply_v, current_1_a, ... -> (M,)
     frames: tuple[RawFrame, ...]
 
     @property
@@ -87,17 +89,29 @@ class RunLog:
             out[:, index] = np.interp(t_s, at, column, left=np.nan, right=np.nan)
         return out
 
+    def telemetry_at(self, t_s: Floats) -> dict[str, Floats]:
+        """Readings at these times, each the latest known then; nan before the first."""
+        order = np.argsort(self.telemetry_t_s, kind="stable")
+        held = {}
+        for name, values in self.telemetry.items():
+            known = order[np.isfinite(values[order])]
+            at = np.searchsorted(self.telemetry_t_s[known], t_s, side="right") - 1
+            held[name] = (
+                np.where(at >= 0, values[known][at], np.nan) if known.size else np.full(t_s.size, np.nan)
+            )
+        return held
+
     def to_run(self) -> Run:
         """The run as analysis and diagnosis take it: the command is what was sent after limits.
 
-        Ticks whose time does not rise (none, unless the log is damaged) are left out.
+        Of ticks with the same time (no run of ours has any) the first is taken.
 
         Raises:
             BadInputError: the log holds no tick.
         """
         if not self.t_s.size:
             raise BadInputError(f"{self.path}: the log holds no ticks")
-        keep = np.concatenate(([True], self.t_s[1:] > np.maximum.accumulate(self.t_s)[:-1]))
+        keep = np.concatenate(([True], np.diff(self.t_s) > 0))
         t_s = self.t_s[keep]
         pose = self.pose_at(t_s) if self.pose_t_s.size else None
         applied = self.applied_rad[keep]
@@ -106,6 +120,7 @@ class RunLog:
             "board_time_us": self.board_time_us[keep],
             "latency_s": self.latency_s[keep],
             "late": self.late[keep],
+            **self.telemetry_at(t_s),
         }
         return Run(
             name=self.name,
@@ -138,7 +153,7 @@ class RunLog:
         if self.pose_t_s.size:
             pose = self.pose_at(self.t_s)
             flat.update(x_m=pose[:, 0], y_m=pose[:, 1], heading_rad=pose[:, 2])
-        return flat
+        return {**self.telemetry_at(self.t_s), **flat}
 
     def to_pandas(self) -> pd.DataFrame:
         """The ticks as a DataFrame (needs pandas: ``pip install snakebot[pandas]``)."""
@@ -171,12 +186,12 @@ def gait_from_mapping(data: object, where: str) -> Gait | None:
     if missing or unknown:
         fault = f"{missing[0]} is missing" if missing else f"{unknown[0]} is not known"
         raise BadInputError(f"{where}: gait: {fault}")
-    return Gait(
-        float(np.deg2rad(values["alpha_deg"])),
-        float(np.deg2rad(values["beta_deg"])),
-        values["omega_rad_s"],
-        float(np.deg2rad(values["offset_deg"])),
-    )
+    try:
+        return Gait.from_degrees(
+            values["alpha_deg"], values["beta_deg"], values["omega_rad_s"], values["offset_deg"]
+        )
+    except BadInputError as error:
+        raise BadInputError(f"{where}: {error}") from None
 
 
 def gait_to_mapping(gait: Gait) -> dict[str, float]:

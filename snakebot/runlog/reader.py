@@ -18,12 +18,23 @@ from numpy.typing import NDArray
 
 from snakebot.errors import BadInputError, LogError
 from snakebot.robot import Robot, robot_from_mapping
-from snakebot.runlog.channels import EVENTS, FRAMES, JOINTS, LINK, POSE, ROBOT_ATTACHMENT, level_name
+from snakebot.runlog.channels import (
+    EVENTS,
+    FRAMES,
+    JOINTS,
+    LINK,
+    POSE,
+    ROBOT_ATTACHMENT,
+    TELEMETRY,
+    level_name,
+)
 from snakebot.runlog.container import Container
 from snakebot.runlog.finish import merge_metadata
 from snakebot.runlog.log import RunLog
 from snakebot.runlog.records import Event, RawFrame
 from snakebot.runlog.safe_yaml import load_yaml
+
+MAX_NAMES = 1024  # of counters or readings: one message is one array cell for each
 
 
 class LogWarning(UserWarning):
@@ -40,17 +51,19 @@ def read_log(path: str | os.PathLike[str]) -> RunLog:
         LogError: no log of snakebot, or one that would need more memory than any log does.
     """
     container = Container(Path(path))
-    joints, poses, events, link, frames = JointsTable(), PoseTable(), Table(), Table(), Table()
+    joints, poses, link, telemetry = JointsTable(), PoseTable(), NumbersTable(), NumbersTable()
     tables: dict[str, Table] = {
         JOINTS.topic: joints,
         POSE.topic: poses,
-        EVENTS.topic: events,
+        EVENTS.topic: Table(),
         LINK.topic: link,
-        FRAMES.topic: frames,
+        FRAMES.topic: Table(),
+        TELEMETRY.topic: telemetry,
     }
     try:
         _fill(container, tables)
-        return _assemble(container, joints, poses, events.rows, link.rows, frames.rows)
+        rows = {topic: table.rows for topic, table in tables.items()}
+        return _assemble(container, joints, poses, link, telemetry, rows)
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         why = f"{type(error).__name__}: {error}"
         raise LogError(f"{path}: a message does not fit its schema ({why})") from None
@@ -145,22 +158,52 @@ class PoseTable(Table):
         return np.concatenate(self.parts) if self.parts else np.empty((0, 5))
 
 
+class NumbersTable(Table):
+    """Named numbers at a time; not every message need have all of them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.t_s: list[float] = []
+        self.values: dict[str, dict[int, float]] = {}
+
+    def store(self, rows: list[Any]) -> None:
+        for row in rows:
+            counters = row["counters"] if "counters" in row else row
+            for name, value in counters.items():
+                if name != "t_s":
+                    self.values.setdefault(name, {})[len(self.t_s)] = value
+            self.t_s.append(row["t_s"])
+            if len(self.values) > MAX_NAMES:
+                raise ValueError(f"more than {MAX_NAMES} different names")
+
+    def columns(self) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
+        columns = {}
+        for name, values in sorted(self.values.items()):
+            columns[name] = np.full(len(self.t_s), np.nan)
+            columns[name][list(values)] = np.array(list(values.values()), dtype=np.float64)
+        return np.array(self.t_s, dtype=np.float64), columns
+
+
 def _assemble(
     container: Container,
     joints: JointsTable,
     poses: PoseTable,
-    events: list[Any],
-    link: list[Any],
-    frames: list[Any],
+    link: NumbersTable,
+    telemetry: NumbersTable,
+    rows: dict[str, list[Any]],
 ) -> RunLog:
     metadata, damaged = merge_metadata(container)
     problems = [*container.problems, *damaged]
     attachments = {name: item.data for name, item in container.attachments.items()}
     robot = _robot(container.path, attachments, metadata, joints, problems)
     column = joints.columns(robot.joints)
+    order = np.argsort(column["t_s"], kind="stable")  # a tick whose answer never came is recorded late
+    column = {name: values[order] for name, values in column.items()}
     if column["setpoint_rad"].shape[1] != robot.joints:
         raise ValueError(f"{column['setpoint_rad'].shape[1]} joints recorded, the robot has {robot.joints}")
     pose = poses.array()
+    link_t_s, counters = link.columns()
+    telemetry_t_s, readings = telemetry.columns()
     _warn(container.path, problems)
     return RunLog(
         path=container.path,
@@ -171,7 +214,7 @@ def _assemble(
         problems=tuple(problems),
         sequence=column["sequence"].astype(np.int64),
         t_s=column["t_s"],
-        host_time_ns=np.array(joints.publish_ns, dtype=np.int64),
+        host_time_ns=np.array(joints.publish_ns, dtype=np.int64)[order],
         setpoint_rad=column["setpoint_rad"],
         sent_rad=column["sent_rad"],
         applied_rad=column["applied_rad"],
@@ -182,12 +225,14 @@ def _assemble(
         pose_t_s=pose[:, 0],
         pose=pose[:, 1:4],
         pose_speed_m_s=pose[:, 4],
-        events=tuple(_events(events)),
-        link_t_s=np.array([row["t_s"] for row in link], dtype=np.float64),
-        link=_counters(link),
+        events=tuple(_events(rows[EVENTS.topic])),
+        link_t_s=link_t_s,
+        link=counters,
+        telemetry_t_s=telemetry_t_s,
+        telemetry=readings,
         frames=tuple(
             RawFrame(float(row["t_s"]), row["direction"], int(row["id"]), bytes.fromhex(row["data"]))
-            for row in frames
+            for row in rows[FRAMES.topic]
         ),
     )
 
@@ -224,8 +269,3 @@ def _events(rows: list[Any]) -> Iterator[Event]:
     for row in rows:
         level = level_name(row["level"])
         yield Event(float(row["t_s"]), str(row["kind"]), str(row["message"]), level, dict(row["data"]))
-
-
-def _counters(rows: list[Any]) -> dict[str, NDArray[np.float64]]:
-    names = sorted({str(name) for row in rows for name in row["counters"]})
-    return {name: np.array([row["counters"].get(name) for row in rows], dtype=np.float64) for name in names}

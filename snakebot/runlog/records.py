@@ -67,6 +67,14 @@ class LinkStatistics:
 
 
 @dataclass(frozen=True, slots=True)
+class Telemetry:
+    """Further readings at one time, by the names of session columns: ``supply_v``, ``current_1_a``, ..."""
+
+    t_s: float
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
 class RawFrame:
     """One frame as it was on the wire."""
 

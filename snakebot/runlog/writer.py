@@ -28,8 +28,9 @@ from snakebot.errors import LogError
 from snakebot.robot import Robot
 from snakebot.runlog import channels, metadata
 from snakebot.runlog.finish import finish, sync_folder
+from snakebot.runlog.lock import lock
 from snakebot.runlog.naming import PART_SUFFIX, final_path
-from snakebot.runlog.records import Event, LinkStatistics, Pose, RawFrame, Tick
+from snakebot.runlog.records import Event, LinkStatistics, Pose, RawFrame, Telemetry, Tick
 
 FLUSH_S = 0.2  # with the time to sync, well within the half second that a crash may cost
 CHUNK_BYTES = 16 << 10
@@ -123,6 +124,10 @@ class RunWriter:
     def link_statistics(self, statistics: LinkStatistics) -> None:
         """Record the link's counters."""
         self._put(channels.LINK.id, statistics.t_s, channels.encode_link(statistics))
+
+    def telemetry(self, telemetry: Telemetry) -> None:
+        """Record further readings: supply, currents, temperatures."""
+        self._put(channels.TELEMETRY.id, telemetry.t_s, channels.encode_telemetry(telemetry))
 
     def frame(self, frame: RawFrame) -> None:
         """Record one frame of the wire."""
@@ -294,6 +299,8 @@ class RunWriter:
             raise LogError(f"{self.part_path}: exists already; a log is never overwritten") from None
         except OSError as error:
             raise LogError(f"{self.part_path}: cannot make the log: {error.strerror}") from None
+        lock(file)
+        return file
 
     def _preamble(self, robot: Robot, run: Mapping[str, Any], attachments: Mapping[str, bytes]) -> bytes:
         from snakebot import __version__

@@ -1,0 +1,76 @@
+"""Opens whatever holds runs: logs, unfinished logs, session folders, one run of a session."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from snakebot.errors import BadInputError
+from snakebot.runlog.naming import PART_SUFFIX, SUFFIX
+from snakebot.runlog.reader import read_log
+from snakebot.runlog.run import Run, Session
+from snakebot.runlog.session import SESSION_FILE, read_session
+from snakebot.runlog.table import TABLE_SUFFIXES
+
+PathLike = str | os.PathLike[str]
+
+
+def open_session(path: PathLike) -> Session:
+    """A session folder, or one log (``.mcap``, ``.mcap.part``) as a session of one run.
+
+    Raises:
+        BadInputError, LogError: it is neither, or holds an error; one line says where.
+    """
+    given = Path(path)
+    if given.is_dir() or given.name == SESSION_FILE:
+        return read_session(given)
+    if given.name.endswith((SUFFIX, SUFFIX + PART_SUFFIX)):
+        if not given.is_file():
+            raise BadInputError(f"{given}: no such log")
+        log = read_log(given)
+        return Session(robot=log.robot, runs=(log.to_run(),), path=given, warnings=log.problems)
+    if given.name.endswith(TABLE_SUFFIXES):
+        session = read_session(given.parent)
+        for run in session.runs:
+            if run.name == given.name:
+                return Session(session.robot, (run,), session.path, session.warnings)
+        raise BadInputError(f"{given}: {given.parent / SESSION_FILE} names no such run")
+    raise BadInputError(f"{given}: neither a run log (.mcap, .mcap.part) nor a session folder")
+
+
+def open_run(path: PathLike) -> Run:
+    """One run: a log, a session folder with one run, or ``folder/run_01.csv``.
+
+    Raises:
+        BadInputError, LogError: as ``open_session``; or there are several runs to choose from.
+    """
+    session = open_session(path)
+    if len(session.runs) > 1:
+        names = ", ".join(run.name for run in session.runs[:5])
+        raise BadInputError(f"{path}: holds {len(session.runs)} runs; name one of them ({names}, ...)")
+    return session.runs[0]
+
+
+def open_runs(paths: Iterable[PathLike]) -> Session:
+    """Logs and sessions of one robot together, in the order given. The robot is the first one's.
+
+    Raises:
+        BadInputError, LogError: as ``open_session``; or a joint count differs.
+    """
+    sessions = [open_session(path) for path in paths]
+    if not sessions:
+        raise BadInputError("no run was given")
+    first = sessions[0]
+    for session in sessions[1:]:
+        if session.robot.joints != first.robot.joints:
+            raise BadInputError(
+                f"{session.path}: the robot has {session.robot.joints} joints, "
+                f"but in {first.path} {first.robot.joints}"
+            )
+    return Session(
+        robot=first.robot,
+        runs=tuple(run for session in sessions for run in session.runs),
+        path=first.path if len(sessions) == 1 else None,
+        warnings=tuple(note for session in sessions for note in session.warnings),
+    )

@@ -168,7 +168,7 @@ class NumbersTable(Table):
 
     def store(self, rows: list[Any]) -> None:
         for row in rows:
-            counters = row["counters"] if "counters" in row else row
+            counters = row.get("counters", row)
             for name, value in counters.items():
                 if name != "t_s":
                     self.values.setdefault(name, {})[len(self.t_s)] = value

@@ -292,9 +292,7 @@ class RunWriter:
             raise LogError(f"{self.path}: exists already; a log is never overwritten")
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            return os.open(
-                self.part_path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o644
-            )
+            file = os.open(self.part_path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
         except FileExistsError:
             raise LogError(f"{self.part_path}: exists already; a log is never overwritten") from None
         except OSError as error:

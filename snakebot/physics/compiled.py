@@ -31,5 +31,5 @@ drop_stale_caches()
 # stays NaN.
 _FAST = {"contract", "nsz", "arcp"}
 
-jit = njit(cache=True, fastmath=_FAST, error_model="numpy")
+jit = njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
 jit_parallel = njit(cache=True, fastmath=_FAST, error_model="numpy", parallel=True)

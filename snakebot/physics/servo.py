@@ -1,0 +1,248 @@
+"""A position servo, compiled: from set-point to joint angle through everything that may lie between them.
+
+The signal passes, in this order: wiring, gain and offset; dead band on the error; first-order lag or second-order
+response; rate limit; torque limit; dry friction against the position loop; sag by load; backlash. A stage whose parameter is
+at its neutral value costs next to nothing. See ``servo_layout`` for the columns.
+
+Set-points are held between ticks, so the response over a step is known in closed form: first order with dead band and
+rate limit exactly, second order exactly while neither bites. The step size does not show.
+
+Load. ``load_nm`` is the torque that the servo has to bear, positive where it pushes the joint to larger angles; it is that
+of the *ideal* motion (the same servo without a load), so that there is no loop between sag and load. The torque limit adds
+to it what the real motion needs beyond the ideal one, through the drag and inertia that the joint feels.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from snakebot.physics.compiled import jit
+from snakebot.physics.servo_layout import (
+    ARM_COULOMB_NM,
+    ARM_DOWN_RAD,
+    ARM_DRAG_NM_S,
+    ARM_GRAVITY_NM,
+    ARM_INERTIA_KG_M2,
+    BACKLASH_RAD,
+    COMPLIANCE_RAD_NM,
+    COULOMB_NM,
+    DAMPING_RATIO,
+    DEADBAND_RAD,
+    DRAG_NM_S,
+    DRAGGED,
+    FILTERED,
+    FREE_JOINT,
+    GAIN,
+    IDEAL,
+    IDEAL_RATE,
+    INERTIA_KG_M2,
+    LOCK_RAD,
+    LOCKED,
+    LOOP_COMPLIANCE_RAD_NM,
+    MOTOR,
+    MOTOR_RATE,
+    NATURAL_FREQ_RAD_S,
+    OFFSET_RAD,
+    OUTPUT,
+    OUTPUT_RATE,
+    POWERED,
+    RATE_DROP_PER_NM,
+    RATE_DROP_PER_S,
+    RATE_LIMIT_RAD_S,
+    RIGID_JOINT,
+    SIGN,
+    SOURCE,
+    TIME_CONSTANT_S,
+    TORQUE_LIMIT_NM,
+)
+
+LOWEST_RATE_SHARE = 0.02  # a sagging rate limit never quite reaches zero
+
+
+@jit  # type: ignore[misc]
+def servo_step(state: Any, params: Any, setpoint: Any, load_nm: Any, t: float, dt: float) -> None:
+    """Move all joints on by ``dt``, in place.
+
+    Args:
+        state: (joints, STATES).
+        params: (joints, PARAMETERS).
+        setpoint: (joints,) in force over the whole step, rad; NaN: the servo is off.
+        load_nm: (joints,) torque that each servo bears, see the module.
+        t: time since the run began, s; only the sagging rate limit asks for it.
+        dt: above zero.
+    """
+    for j in range(state.shape[0]):
+        _joint_step(state[j], params[j], setpoint[int(params[j, SOURCE])], load_nm[j], t, dt)
+
+
+@jit  # type: ignore[misc]
+def is_free(params: Any, setpoint: Any, j: int) -> bool:
+    """Whether joint ``j`` swings without torque: broken, or without a set-point."""
+    if params[j, LOCKED] == RIGID_JOINT:
+        return False
+    return params[j, LOCKED] == FREE_JOINT or math.isnan(setpoint[int(params[j, SOURCE])])
+
+
+@jit  # type: ignore[misc]
+def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: float) -> None:
+    before = s[OUTPUT]
+    if p[LOCKED] == RIGID_JOINT:
+        s[OUTPUT] = p[LOCK_RAD]
+        s[IDEAL] = p[LOCK_RAD]
+        s[OUTPUT_RATE] = (s[OUTPUT] - before) / dt
+        return
+    if p[LOCKED] == FREE_JOINT or math.isnan(setpoint):
+        s[POWERED] = 0.0
+        if p[ARM_INERTIA_KG_M2] > 0.0:
+            _swing(s, p, dt)
+        else:
+            s[OUTPUT_RATE] = 0.0
+        return
+    if s[POWERED] == 0.0:  # the servo wakes up where the joint is
+        s[POWERED] = 1.0
+        s[FILTERED] = s[OUTPUT]
+        s[MOTOR] = s[OUTPUT]
+        s[IDEAL] = s[OUTPUT]
+        s[DRAGGED] = s[OUTPUT]
+        s[MOTOR_RATE] = s[OUTPUT_RATE] if p[NATURAL_FREQ_RAD_S] > 0.0 else 0.0
+        s[IDEAL_RATE] = s[MOTOR_RATE]
+
+    target = p[GAIN] * p[SIGN] * setpoint + p[OFFSET_RAD]
+    if p[NATURAL_FREQ_RAD_S] > 0.0 and p[TIME_CONSTANT_S] > 0.0:
+        middle = target + (s[FILTERED] - target) * math.exp(-0.5 * dt / p[TIME_CONSTANT_S])
+        s[FILTERED] = target + (s[FILTERED] - target) * math.exp(-dt / p[TIME_CONSTANT_S])
+        target = middle
+
+    load = load_in
+    if p[ARM_GRAVITY_NM] != 0.0:
+        load += p[ARM_GRAVITY_NM] * math.sin(s[MOTOR] - p[ARM_DOWN_RAD])
+
+    held_back = p[TORQUE_LIMIT_NM] < math.inf or p[RATE_DROP_PER_NM] > 0.0
+    ideal_rate = s[IDEAL_RATE]
+    motor_rate = s[MOTOR_RATE]
+    start = s[MOTOR]
+    s[MOTOR], s[MOTOR_RATE] = _motor(s[MOTOR], motor_rate, p, target, load, t, dt)
+    if held_back:
+        s[IDEAL], s[IDEAL_RATE] = _motor(s[IDEAL], ideal_rate, p, target, 0.0, t, dt)
+        if p[TORQUE_LIMIT_NM] < math.inf:
+            _limit_torque(s, p, start, motor_rate, ideal_rate, load, dt)
+    else:
+        s[IDEAL] = s[MOTOR]
+        s[IDEAL_RATE] = s[MOTOR_RATE]
+
+    loop = p[LOOP_COMPLIANCE_RAD_NM]
+    s[DRAGGED] = _play(s[DRAGGED], s[MOTOR] - load * loop, p[COULOMB_NM] * loop)
+    s[OUTPUT] = _play(s[OUTPUT], s[DRAGGED] - load * p[COMPLIANCE_RAD_NM], 0.5 * p[BACKLASH_RAD])
+    s[OUTPUT_RATE] = (s[OUTPUT] - before) / dt
+
+
+@jit  # type: ignore[misc]
+def _play(output: float, centre: float, half_width: float) -> float:
+    """The play operator: the output stays where it is unless the centre pulls or pushes it along."""
+    if output < centre - half_width:
+        return centre - half_width
+    if output > centre + half_width:
+        return centre + half_width
+    return output
+
+
+@jit  # type: ignore[misc]
+def _motor(x: float, v: float, p: Any, target: float, load: float, t: float, dt: float) -> tuple[float, float]:
+    """Angle and rate of the motor after a step towards ``target``."""
+    error = target - x
+    band = p[DEADBAND_RAD]
+    idle = abs(error) <= band and band > 0.0
+    goal = x if idle else target - math.copysign(band, error)
+    limit = p[RATE_LIMIT_RAD_S]
+    if limit < math.inf and (p[RATE_DROP_PER_S] != 0.0 or p[RATE_DROP_PER_NM] != 0.0):
+        opposing = load if goal > x else -load
+        share = math.exp(-p[RATE_DROP_PER_S] * (t + 0.5 * dt)) * (1.0 - p[RATE_DROP_PER_NM] * opposing)
+        limit *= max(LOWEST_RATE_SHARE, share)
+    if p[NATURAL_FREQ_RAD_S] > 0.0:
+        return _second_order(x, v, goal, idle, p[NATURAL_FREQ_RAD_S], p[DAMPING_RATIO], limit, dt)
+    new = goal - _decay(goal - x, p[TIME_CONSTANT_S], limit, dt)
+    return new, (new - x) / dt
+
+
+@jit  # type: ignore[misc]
+def _decay(distance: float, tau: float, limit: float, dt: float) -> float:
+    """What is left of a distance that a first-order lag with a rate limit runs down, exact for any ``dt``."""
+    far = abs(distance)
+    edge = limit * tau  # nearer than this the lag is slower than the limit
+    if far > edge:
+        needed = (far - edge) / limit
+        if needed >= dt:
+            return math.copysign(far - limit * dt, distance)
+        far = edge
+        dt -= needed
+    if tau > 0.0:
+        return math.copysign(far * math.exp(-dt / tau), distance)
+    return 0.0
+
+
+@jit  # type: ignore[misc]
+def _second_order(
+    x: float, v: float, goal: float, idle: bool, wn: float, zeta: float, limit: float, dt: float
+) -> tuple[float, float]:
+    """x'' = wn^2 (goal - x) - 2 zeta wn x', solved over the step; without drive (``idle``) only the damping is left."""
+    decay = zeta * wn
+    if idle:
+        left = math.exp(-2.0 * decay * dt)
+        way = v * dt if decay == 0.0 else v * (1.0 - left) / (2.0 * decay)
+        new_x, new_v = x + way, v * left
+    else:
+        y = x - goal
+        shape = zeta * zeta - 1.0
+        if abs(shape) < 1e-9:
+            c, s_over_w = 1.0, dt
+            e = math.exp(-decay * dt)
+        elif shape < 0.0:
+            w = wn * math.sqrt(-shape)
+            c, s_over_w = math.cos(w * dt), math.sin(w * dt) / w
+            e = math.exp(-decay * dt)
+        else:  # both exponentials apart: cosh alone would overflow on a heavily damped servo
+            w = wn * math.sqrt(shape)
+            slow, fast = math.exp((w - decay) * dt), math.exp((-w - decay) * dt)
+            c, s_over_w = 0.5 * (slow + fast), 0.5 * (slow - fast) / w
+            e = 1.0
+        new_x = goal + e * (y * c + (v + decay * y) * s_over_w)
+        new_v = e * (v * c - (wn * wn * y + decay * v) * s_over_w)
+    if limit < math.inf:
+        if abs(new_v) > limit:
+            new_v = math.copysign(limit, new_v)
+        if abs(new_x - x) > limit * dt:
+            new_x = x + math.copysign(limit * dt, new_x - x)
+    return new_x, new_v
+
+
+@jit  # type: ignore[misc]
+def _limit_torque(
+    s: Any, p: Any, start: float, motor_rate: float, ideal_rate: float, load: float, dt: float
+) -> None:
+    """Hold the motor back to what its torque allows: load of the ideal motion + drag and inertia of the rest."""
+    limit, drag, inertia = p[TORQUE_LIMIT_NM], p[DRAG_NM_S], p[INERTIA_KG_M2]
+    wanted = (s[MOTOR] - start) / dt
+    gain = (s[MOTOR_RATE] if p[NATURAL_FREQ_RAD_S] > 0.0 else wanted) - motor_rate
+    if p[ARM_INERTIA_KG_M2] == 0.0:
+        gain -= s[IDEAL_RATE] - ideal_rate  # what speeds up a body is in its load already
+    needed = load + drag * (wanted - s[IDEAL_RATE]) + inertia / dt * gain
+    allowed = min(max(needed, -limit), limit)
+    if allowed == needed:
+        return
+    resistance = drag + inertia / dt
+    rate = wanted + (allowed - needed) / resistance if resistance > 0.0 else 0.0
+    s[MOTOR] = start + rate * dt
+    s[MOTOR_RATE] = rate
+
+
+@jit  # type: ignore[misc]
+def _swing(s: Any, p: Any, dt: float) -> None:
+    """An unpowered joint with an arm: a pendulum with friction, semi-implicit; dry friction can only stop it."""
+    v = s[OUTPUT_RATE]
+    inertia = p[ARM_INERTIA_KG_M2]
+    v -= dt * p[ARM_GRAVITY_NM] * math.sin(s[OUTPUT] - p[ARM_DOWN_RAD]) / inertia
+    v /= 1.0 + dt * p[ARM_DRAG_NM_S] / inertia
+    v = math.copysign(max(0.0, abs(v) - dt * p[ARM_COULOMB_NM] / inertia), v)
+    s[OUTPUT] += dt * v
+    s[OUTPUT_RATE] = v

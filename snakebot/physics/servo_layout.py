@@ -1,0 +1,104 @@
+"""Where each number of a servo stands in the rows that the compiled kernel reads and writes.
+
+One row a joint. The order of the columns is the order of the signal: wiring, gain and offset, dead band, lag, rate limit,
+torque limit, friction, compliance, backlash, and what holds the output.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+Rows = npt.NDArray[np.float64]
+
+# Columns of the parameters, (joints, PARAMETERS).
+(
+    SOURCE,  # 0-based joint whose set-point drives this one
+    SIGN,  # +1, or -1 where the set-point is reversed
+    GAIN,  # joint angle over set-point
+    OFFSET_RAD,
+    DEADBAND_RAD,  # half width
+    TIME_CONSTANT_S,  # first-order lag; where NATURAL_FREQ is set, a first-order filter in front of it
+    NATURAL_FREQ_RAD_S,  # 0: the servo is first order
+    DAMPING_RATIO,
+    RATE_LIMIT_RAD_S,
+    RATE_DROP_PER_S,  # relative fall of the rate limit with time
+    RATE_DROP_PER_NM,  # relative fall of the rate limit with opposing load
+    TORQUE_LIMIT_NM,
+    INERTIA_KG_M2,  # felt by the joint; only the torque limit asks for it
+    DRAG_NM_S,  # felt by the joint; only the torque limit asks for it
+    COULOMB_NM,  # dry friction
+    LOOP_COMPLIANCE_RAD_NM,  # 1 / stiffness of the position loop that works against the dry friction
+    COMPLIANCE_RAD_NM,  # 1 / stiffness between motor and output
+    BACKLASH_RAD,  # full play
+    LOCKED,  # FREE_JOINT, RIGID_JOINT, or DRIVEN
+    LOCK_RAD,  # angle of a rigid joint
+    ARM_GRAVITY_NM,  # bench only: torque of a horizontal arm
+    ARM_DOWN_RAD,  # bench only: joint angle at which the arm hangs
+    ARM_INERTIA_KG_M2,  # bench only
+    ARM_DRAG_NM_S,  # bench only: viscous friction of the unpowered joint
+    ARM_COULOMB_NM,  # bench only: dry friction of the unpowered joint
+) = range(25)
+PARAMETERS = 25
+
+DRIVEN, FREE_JOINT, RIGID_JOINT = 0.0, 1.0, 2.0
+
+# Columns of the state, (joints, STATES).
+(
+    FILTERED,  # set-point behind the first-order filter of a second-order servo
+    MOTOR,  # angle of the motor
+    MOTOR_RATE,
+    IDEAL,  # angle of the same motor without a load
+    IDEAL_RATE,
+    DRAGGED,  # behind dry friction
+    OUTPUT,  # joint angle
+    OUTPUT_RATE,  # mean over the last step
+    POWERED,  # 1 while the servo has a set-point
+) = range(9)
+STATES = 9
+
+
+def nominal_parameters(joints: int, time_constant_s: float) -> Rows:
+    """Rows of a servo that is a first-order lag and nothing else."""
+    rows = np.zeros((joints, PARAMETERS))
+    rows[:, SOURCE] = np.arange(joints)
+    rows[:, SIGN] = 1.0
+    rows[:, GAIN] = 1.0
+    rows[:, TIME_CONSTANT_S] = time_constant_s
+    rows[:, DAMPING_RATIO] = 1.0
+    rows[:, RATE_LIMIT_RAD_S] = math.inf
+    rows[:, TORQUE_LIMIT_NM] = math.inf
+    return rows
+
+
+def state_at_rest(angle_rad: npt.ArrayLike) -> Rows:
+    """Rows of servos that have stood at ``angle_rad`` (joints,) for a long time, unpowered until the first set-point."""
+    angle = np.atleast_1d(np.asarray(angle_rad, dtype=np.float64))
+    state = np.zeros((angle.size, STATES))
+    for column in (FILTERED, MOTOR, IDEAL, DRAGGED, OUTPUT):
+        state[:, column] = angle
+    return state
+
+
+def feels_load(parameters: Rows) -> bool:
+    """Whether any joint's motion depends on the torque that it bears."""
+    return bool(
+        np.any(np.isfinite(parameters[:, TORQUE_LIMIT_NM]))
+        or np.any(parameters[:, (RATE_DROP_PER_NM, LOOP_COMPLIANCE_RAD_NM, COMPLIANCE_RAD_NM)] > 0)
+    )
+
+
+def needs_fine_steps(parameters: Rows) -> bool:
+    """Whether the closed forms of the kernel do not hold over a whole set-point, so that it must step inside it."""
+    second = parameters[:, NATURAL_FREQ_RAD_S] > 0
+    bent = (
+        (parameters[:, TIME_CONSTANT_S] > 0)
+        | (parameters[:, DEADBAND_RAD] > 0)
+        | np.isfinite(parameters[:, RATE_LIMIT_RAD_S])
+        | (parameters[:, BACKLASH_RAD] > 0)
+        | (parameters[:, COULOMB_NM] > 0)
+    )
+    arm = parameters[:, ARM_INERTIA_KG_M2] > 0
+    return feels_load(parameters) or bool(np.any(second & bent) or np.any(arm))

@@ -1,0 +1,112 @@
+"""Requests and what they are answered: each check of PROTOCOL.md, in its order (held, joint, value, mode)."""
+
+from __future__ import annotations
+
+from firmware_protocol.catalogue import (
+    NOBODY,
+    Acknowledge,
+    JointMode,
+    JointModeRequest,
+    LimitKind,
+    LimitRequest,
+    Message,
+    Mode,
+    ModeRequest,
+    Result,
+    TrimRequest,
+    ZeroRequest,
+    frame_id,
+)
+from snakebot.simboard.modes import Answer, ModeMachine
+from snakebot.simboard.register import SetpointRegister
+
+_HALF_LIMIT_STEP = 0.001  # half the wire's resolution of a limit: rounding must not make a limit forbidden
+
+
+class Configuration:
+    """What hosts may set: joint modes and limits (in the register), trims and encoder zeros (in place)."""
+
+    def __init__(
+        self,
+        machine: ModeMachine,
+        register: SetpointRegister,
+        trim_rad: list[float],
+        zero_counts: list[int],
+    ) -> None:
+        self._machine = machine
+        self._register = register
+        self._trim_rad = trim_rad
+        self._zero_counts = zero_counts
+
+    def mode(self, request: ModeRequest, t_s: float) -> Acknowledge:
+        """Change the board's mode, and say how that went."""
+        return _acknowledge(request, self._machine.request(request.mode, request.host, t_s))
+
+    def take(self, request: Message) -> Acknowledge:
+        """Execute any other request, and say how that went."""
+        assert isinstance(request, JointModeRequest | LimitRequest | TrimRequest | ZeroRequest)
+        if self._machine.held_against(request.host):
+            return _acknowledge(request, (Result.HELD, self._machine.holder))
+        if not 1 <= request.joint <= self._register.joints:
+            return _acknowledge(request, (Result.BAD_JOINT, self._register.joints))
+        if request.host == NOBODY:
+            return _acknowledge(request, (Result.BAD_VALUE, 0))
+        result = self._execute(request, request.joint - 1)
+        detail = 0 if result is Result.BAD_VALUE else self._machine.mode
+        return _acknowledge(request, (result, detail))
+
+    def _execute(
+        self, request: JointModeRequest | LimitRequest | TrimRequest | ZeroRequest, index: int
+    ) -> Result:
+        match request:
+            case JointModeRequest():
+                return self._joint_mode(request, index)
+            case LimitRequest():
+                return self._limit(request, index)
+            case TrimRequest():
+                return self._trim(request, index)
+            case ZeroRequest():
+                return self._zero(request, index)
+
+    def _joint_mode(self, request: JointModeRequest, index: int) -> Result:
+        if request.mode is JointMode.RIGID and not self._register.may_go_to(index, request.angle_rad):
+            return Result.BAD_VALUE
+        if self._machine.mode in (Mode.STOPPED, Mode.FAULT):
+            return Result.FORBIDDEN
+        self._register.set_joint_mode(index, request.mode, request.angle_rad)
+        return Result.OK
+
+    def _limit(self, request: LimitRequest, index: int) -> Result:
+        value, kind = request.value, request.kind
+        if not 0 < value <= self._register.built_in(index, kind) + _HALF_LIMIT_STEP:
+            return Result.BAD_VALUE
+        if self._machine.mode in (Mode.STOPPED, Mode.FAULT):
+            return Result.FORBIDDEN
+        if self._machine.mode is not Mode.DISARMED:
+            in_force = self._register.limit(index, kind)
+            if value > in_force + _HALF_LIMIT_STEP:
+                return Result.FORBIDDEN
+            value = min(value, in_force)
+        self._register.set_limit(index, kind, value)
+        return Result.OK
+
+    def _trim(self, request: TrimRequest, index: int) -> Result:
+        if abs(request.trim_rad) > self._register.built_in(index, LimitKind.ANGLE):
+            return Result.BAD_VALUE
+        if self._machine.mode is not Mode.DISARMED:
+            return Result.FORBIDDEN
+        self._trim_rad[index] = request.trim_rad
+        return Result.OK
+
+    def _zero(self, request: ZeroRequest, index: int) -> Result:
+        if self._machine.mode is not Mode.DISARMED:
+            return Result.FORBIDDEN
+        self._zero_counts[index] = request.zero_counts
+        return Result.OK
+
+
+def _acknowledge(
+    request: ModeRequest | JointModeRequest | LimitRequest | TrimRequest | ZeroRequest, answer: Answer
+) -> Acknowledge:
+    result, detail = answer
+    return Acknowledge(request.token, result, frame_id(type(request)), int(detail))

@@ -13,6 +13,7 @@ status meaning
 4      the link or the board was lost in mid-run; the robot was left to its watchdog
 5      the board reported a fault, refused a request or was stopped by an emergency stop
 6      the log could not be written; the robot was stopped safely
+7      this computer could not keep the tick; the robot was held and relaxed
 130    interrupted by the user; the robot was stopped safely
 ====== ==================================================================
 """
@@ -26,6 +27,7 @@ EXIT_NO_BOARD = 3
 EXIT_LOST = 4
 EXIT_BOARD_FAULT = 5
 EXIT_LOG = 6
+EXIT_HOST_LATE = 7
 EXIT_INTERRUPTED = 130
 
 
@@ -57,6 +59,12 @@ class BoardFaultError(SnakebotError):
     """The board is in a fault, refused a request, or was stopped by an emergency stop."""
 
     exit_status = EXIT_BOARD_FAULT
+
+
+class HostLateError(SnakebotError):
+    """This computer is too slow or too busy for the rate that was asked for."""
+
+    exit_status = EXIT_HOST_LATE
 
 
 class LogError(SnakebotError):

@@ -121,9 +121,8 @@ class Robot(_Model):
         if flat:
             data["body"] = flat
             links = flat.get("links")
-            if isinstance(links, int):
-                if data.setdefault("joints", links - 1) != links - 1:
-                    raise ValueError(f"joints is {data['joints']}, but {links} links have {links - 1}")
+            if isinstance(links, int) and data.setdefault("joints", links - 1) != links - 1:
+                raise ValueError(f"joints is {data['joints']}, but {links} links have {links - 1}")
         elif "joints" not in data:
             raise ValueError("needs either 'links' with a body, or 'joints' for a bench without one")
         return data

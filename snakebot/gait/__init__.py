@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from snakebot.gait.limits import SlewLimiter, check_motion
 from snakebot.gait.motion import GaitMotion, Motion, SampledMotion
+from snakebot.gait.named import load_gait
 from snakebot.gait.wave import Gait
 
-__all__ = ["Gait", "GaitMotion", "Motion", "SampledMotion", "SlewLimiter", "check_motion"]
+__all__ = ["Gait", "GaitMotion", "Motion", "SampledMotion", "SlewLimiter", "check_motion", "load_gait"]

@@ -33,7 +33,7 @@ def check_motion(motion: Motion, robot: Robot, t_from_s: float = 0.0) -> None:
     """
     if motion.joints != robot.joints:
         raise BadInputError(f"the motion has {motion.joints} joints, robot {robot.name!r} has {robot.joints}")
-    steps = max(int(math.ceil((motion.duration_s - t_from_s) / _CHECK_STEP_S)), 1)
+    steps = max(math.ceil((motion.duration_s - t_from_s) / _CHECK_STEP_S), 1)
     if steps > 2_000_000:  # beyond an hour the wave repeats: checking both ends and an hour is enough
         steps = 2_000_000
     t = t_from_s + _CHECK_STEP_S * np.arange(-2, steps + 3)

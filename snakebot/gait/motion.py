@@ -6,6 +6,7 @@ All blends use the quintic 10 s^3 - 15 s^4 + 6 s^5: position, velocity and accel
 from __future__ import annotations
 
 import bisect
+import copy
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -45,6 +46,10 @@ class Motion(ABC):
     @abstractmethod
     def angles(self, t_s: float) -> list[float]:
         """Set-point of every joint in rad at one time. Constant before 0 and after ``duration_s``."""
+
+    @abstractmethod
+    def ended(self, t_s: float) -> Motion:
+        """The same motion up to ``t_s``, then brought to rest smoothly: how a run is cut short."""
 
     def sampled(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Set-points of shape (T, joints)."""
@@ -101,8 +106,8 @@ class GaitMotion(Motion):
         """The gait that was asked for last."""
         return self._changes[-1].gait
 
-    def change(self, t_s: float, gait: Gait, blend_s: float) -> None:
-        """Go over to another gait from ``t_s`` on, within ``blend_s`` and without a jump.
+    def changed(self, t_s: float, gait: Gait, blend_s: float) -> GaitMotion:
+        """The same motion, which goes over to another gait from ``t_s`` on, within ``blend_s`` and without a jump.
 
         The phase of the wave goes on; amplitude, phase difference, frequency and offset blend.
 
@@ -113,12 +118,14 @@ class GaitMotion(Motion):
         if t_s < last.start_s + last.blend_s or (len(self._changes) > 1 and t_s <= last.start_s):
             raise BadInputError(f"the last change of gait ends only at {last.start_s + last.blend_s:.2f} s")
         phase, _ = self._wave(t_s)
-        self._changes.append(_Change(t_s, blend_s, gait, phase))
+        other = copy.copy(self)
+        other._changes = [*self._changes, _Change(t_s, blend_s, gait, phase)]
+        return other
 
-    def with_duration(self, duration_s: float) -> GaitMotion:
-        """The same motion, ended at another time: how a run is cut short with its ramp down."""
-        other = GaitMotion(self.gait, self.joints, duration_s, self.ramp_s, self.start_rad, self.end_rad)
-        other._changes = list(self._changes)
+    def ended(self, t_s: float) -> GaitMotion:
+        """The ramp down begins at ``t_s``, unless it has begun already."""
+        other = copy.copy(self)
+        other.duration_s = min(self.duration_s, t_s + self.ramp_s)
         return other
 
     def _wave(self, t_s: float) -> tuple[float, Gait]:
@@ -202,3 +209,27 @@ class SampledMotion(Motion):
         elif inner > self._t[-1]:
             wave = blend((self.duration_s - t) / self.ramp_s) * wave
         return [float(angle) for angle in wave]
+
+    def ended(self, t_s: float) -> Motion:
+        return SlowedMotion(self, t_s, self.ramp_s)
+
+
+class SlowedMotion(Motion):
+    """A motion whose own time slows down to a stop: it comes to rest on its path, in the posture it then has."""
+
+    def __init__(self, motion: Motion, t_s: float, slowing_s: float) -> None:
+        self.joints = motion.joints
+        self.duration_s = min(motion.duration_s, t_s + slowing_s)
+        self._motion = motion
+        self._from_s = t_s
+        self._slowing_s = slowing_s
+
+    def angles(self, t_s: float) -> list[float]:
+        since = min(max(t_s, 0.0), self.duration_s) - self._from_s
+        if since <= 0 or self._slowing_s <= 0:
+            return self._motion.angles(min(t_s, self._from_s))
+        s = since / self._slowing_s
+        return self._motion.angles(self._from_s + self._slowing_s * (s - _blend_integral(s)))
+
+    def ended(self, t_s: float) -> Motion:
+        return self  # it is ending already

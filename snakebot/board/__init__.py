@@ -1,0 +1,7 @@
+"""Client of a board: handshake, modes, set-points out, samples in, clock, faults."""
+
+from __future__ import annotations
+
+from snakebot.board.client import Board, BoardInfo, Pose, Reading
+
+__all__ = ["Board", "BoardInfo", "Pose", "Reading"]

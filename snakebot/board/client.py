@@ -1,0 +1,521 @@
+"""One board at the other end of a link: what the host asks of it and what it has said."""
+
+from __future__ import annotations
+
+import math
+import secrets
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from firmware_protocol.assembly import SampleAssembler, setpoint_messages, to_wire
+from firmware_protocol.catalogue import (
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
+    Acknowledge,
+    Applied,
+    BoardHeartbeat,
+    Counters,
+    EmergencyStop,
+    Fault,
+    FaultEvent,
+    HostHeartbeat,
+    InfoFirmware,
+    InfoProtocol,
+    InfoRequest,
+    InfoSerial,
+    JointMode,
+    JointModeRequest,
+    JointSupply,
+    LimitKind,
+    LimitRequest,
+    Measured,
+    Message,
+    Mode,
+    ModeRequest,
+    Ping,
+    Pong,
+    PoseMotion,
+    PosePosition,
+    Result,
+    State,
+    StopReason,
+    Supply,
+    TrimRequest,
+    ZeroRequest,
+    catalogue_hash,
+    decode,
+    encode,
+    frame_id,
+)
+from firmware_protocol.frame import Frame, ProtocolError
+from snakebot.board.boardclock import BoardClock
+from snakebot.clock import Clock
+from snakebot.errors import BadInputError, BoardFaultError, LostBoardError, NoBoardError
+from snakebot.links.base import Link
+from snakebot.robot import Robot
+
+HANDSHAKE_S = 2.0
+RETRY_S = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # waits for an acknowledgement before each repetition
+HEARTBEAT_S = 0.1
+SILENCE_S = 0.5  # a board beats ten times a second: after this long without a frame it is lost
+_TRAFFIC_KEPT = 40
+
+
+@dataclass(frozen=True, slots=True)
+class BoardInfo:
+    """What a board says it is."""
+
+    protocol: str
+    catalogue_hash: int
+    firmware: str
+    serial_number: int
+    joints: int
+    counts_per_rev: int
+    watchdog_ms: int
+    simulated: bool
+    boot_id: int
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One sample of all joints, in units. ``measured_rad`` is NaN where an encoder gave no reading."""
+
+    sequence: int
+    sample: int
+    mode: Mode
+    received_s: float  # host clock
+    board_time_us: int  # unwrapped
+    measured_rad: tuple[float, ...]
+    applied_rad: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Centre of mass, mean heading and speed, as the board (or a tracking system behind it) knows them."""
+
+    sample: int
+    x_m: float
+    y_m: float
+    heading_rad: float
+    speed_m_s: float
+
+
+Received = Reading | Pose | Supply | JointSupply | Counters | FaultEvent
+FrameListener = Callable[[str, float, Frame], None]  # "tx" or "rx", host clock, frame
+
+
+@dataclass(slots=True)
+class _Outstanding:
+    """A request that has not been acknowledged yet."""
+
+    message: Message
+    what: str
+    tries: int
+    repeat_s: float
+
+
+class Board:
+    """A board behind a link.
+
+    The constructor does not speak; ``connect`` does the handshake. Set-points are sent and forgotten; requests are
+    repeated until they are acknowledged. ``poll`` must be called often: it reads, keeps the heartbeat, and raises when
+    the board is gone, has rebooted, or has entered a fault while it was armed.
+    """
+
+    def __init__(self, link: Link, clock: Clock, host: int | None = None) -> None:
+        self.link = link
+        self.clock = clock
+        self.host = host if host is not None else secrets.randbelow(0xFFFFFFFF) + 1
+        self.info: BoardInfo | None = None
+        self.mode: Mode | None = None
+        self.fault = Fault.NONE
+        self.holder = 0
+        self.boot_id: int | None = None
+        self.last_reading: Reading | None = None
+        self.supply: Supply | None = None
+        self.counters: Counters | None = None
+        self.board_clock = BoardClock()
+        self.unreadable = 0  # frames that were no message of the catalogue
+        self.on_frame: FrameListener | None = None
+        self._assembler: SampleAssembler | None = None
+        self._positions: dict[int, PosePosition] = {}
+        self._infos: dict[type[Message], Message] = {}
+        self._outstanding: dict[int, _Outstanding] = {}
+        self._pings: dict[int, float] = {}
+        self._token = secrets.randbelow(256)
+        self._sequence = secrets.randbelow(0x10000)
+        self._heartbeats = 0
+        self._heartbeat_due_s = -math.inf
+        self._heard_s = clock.now_s()
+        self._armed = False  # by us, and not yet disarmed: a fault is then an error
+        self._traffic: deque[tuple[str, float, Frame]] = deque(maxlen=_TRAFFIC_KEPT)
+
+    # -- handshake ---------------------------------------------------------------------------------------------------
+
+    def connect(self, timeout_s: float = HANDSHAKE_S) -> BoardInfo:
+        """Ask the board who it is, compare versions and catalogues, and wait for the first sample.
+
+        Raises:
+            NoBoardError: nobody answers, or the two ends do not speak the same catalogue (both sides are named).
+        """
+        wanted = (InfoProtocol, InfoFirmware, InfoSerial)
+        deadline = self.clock.now_s() + timeout_s
+        ask_s = -math.inf
+        while not all(kind in self._infos for kind in wanted):
+            now = self.clock.now_s()
+            if now >= deadline:
+                raise NoBoardError(self._nobody(timeout_s))
+            if now >= ask_s:
+                self._send([InfoRequest(self.host)])
+                ask_s = now + 0.1
+            self._read(min(0.05, deadline - now))
+        protocol, firmware, serial = (self._infos[kind] for kind in wanted)
+        assert isinstance(protocol, InfoProtocol)
+        assert isinstance(firmware, InfoFirmware)
+        assert isinstance(serial, InfoSerial)
+        self._agree(protocol)
+        self.info = BoardInfo(
+            protocol=f"{protocol.protocol_major}.{protocol.protocol_minor}",
+            catalogue_hash=protocol.catalogue_hash,
+            firmware=f"{firmware.firmware_major}.{firmware.firmware_minor}.{firmware.firmware_patch}",
+            serial_number=serial.serial_number,
+            joints=protocol.joints,
+            counts_per_rev=firmware.counts_per_rev,
+            watchdog_ms=firmware.watchdog_ms,
+            simulated=bool(protocol.simulated),
+            boot_id=firmware.boot_id,
+        )
+        self.boot_id = firmware.boot_id
+        self._assembler = SampleAssembler(protocol.joints)
+        for _ in range(4):
+            self.ping()
+        while self.last_reading is None or self.mode is None:
+            if self.clock.now_s() >= deadline:
+                raise NoBoardError(f"{self.link.port}: the board answers, but sends no joint angles")
+            self._read(0.05)
+        return self.info
+
+    def _nobody(self, timeout_s: float) -> str:
+        heard = self.link.statistics
+        hint = "is the board on, and is this the right port?"
+        if heard.corrupt:
+            hint = f"{heard.corrupt} corrupt packets came in: is the baud rate right on both ends?"
+        elif self.unreadable:
+            hint = f"{self.unreadable} frames came in that this catalogue does not know: is this a snakebot board?"
+        return f"{self.link.port}: no board answered within {timeout_s:g} s: {hint}"
+
+    def _agree(self, board: InfoProtocol) -> None:
+        ours = f"protocol {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}, catalogue {catalogue_hash():08x}"
+        theirs = (
+            f"protocol {board.protocol_major}.{board.protocol_minor}, catalogue {board.catalogue_hash:08x}"
+        )
+        if board.protocol_major != PROTOCOL_MAJOR or board.catalogue_hash != catalogue_hash():
+            raise NoBoardError(
+                f"{self.link.port}: host and board do not agree: host {ours}; board {theirs}: "
+                "update the one that is older"
+            )
+
+    # -- requests ----------------------------------------------------------------------------------------------------
+
+    def arm(self) -> None:
+        """Power the servos where the joints are; from now on set-points are executed, and must keep coming.
+
+        Raises:
+            BoardFaultError: the board refuses: another host holds it, or it is stopped or in a fault.
+        """
+        self._request(lambda token: ModeRequest(token, Mode.ARMED, self.host), "to arm")
+        self._armed = True
+
+    def hold(self) -> None:
+        """Freeze the joints where they are, powered."""
+        self._request(lambda token: ModeRequest(token, Mode.HOLDING, self.host), "to hold")
+
+    def disarm(self) -> None:
+        """Relax: the servos lose power. Also clears a fault or an emergency stop."""
+        self._armed = False
+        self._request(lambda token: ModeRequest(token, Mode.DISARMED, self.host), "to disarm")
+
+    def emergency_stop(self, reason: StopReason = StopReason.USER) -> None:
+        """Send the emergency stop three times over: it is not acknowledged, and no wire is perfect."""
+        self._armed = False
+        for _ in range(3):
+            self._send([EmergencyStop(reason, self.host)])
+
+    def set_joint_mode(
+        self, joint: int, mode: JointMode, angle_rad: float = 0.0, *, wait: bool = True
+    ) -> None:
+        """Make a joint (from 1) active, free or rigid (at ``angle_rad``, or where it is with RIGID_HERE).
+
+        With ``wait=False`` the answer is awaited by the following ``poll`` calls, which then raise what this would.
+        """
+        self._request(
+            lambda token: JointModeRequest(token, joint, mode, to_wire(angle_rad), self.host),
+            f"to make joint {joint} {mode.name.lower()}",
+            wait,
+        )
+
+    def set_limits(self, robot: Robot) -> None:
+        """Hand the robot's angle, speed and acceleration limits to the board."""
+        for kind, values in (
+            (LimitKind.ANGLE, robot.angle_limit_rad),
+            (LimitKind.SPEED, robot.speed_limit_rad_s),
+            (LimitKind.ACCELERATION, robot.acceleration_limit_rad_s2),
+        ):
+            for joint, value in enumerate(values, start=1):
+                self._request(
+                    lambda token, k=kind, j=joint, v=value: LimitRequest(  # type: ignore[misc]
+                        token, j, k, math.floor(v / 0.002) * 0.002, self.host
+                    ),
+                    f"the {kind.name.lower()} limit {value:.4g} of joint {joint}",
+                )
+
+    def set_trim(self, joint: int, trim_rad: float) -> None:
+        """Add a trim to a joint's set-point before it becomes a servo pulse. Only while disarmed."""
+        self._request(
+            lambda token: TrimRequest(token, joint, to_wire(trim_rad), self.host),
+            f"the trim of joint {joint}",
+        )
+
+    def set_zero(self, joint: int, zero_counts: int) -> None:
+        """Take this encoder count as zero. Only while disarmed."""
+        self._request(
+            lambda token: ZeroRequest(token, joint, zero_counts, self.host), f"the zero of joint {joint}"
+        )
+
+    def _request(self, make: Callable[[int], Message], what: str, wait: bool = True) -> None:
+        self._token = (self._token + 1) % 256
+        token = self._token
+        message = make(token)
+        self._outstanding[token] = _Outstanding(message, what, 1, self.clock.now_s() + RETRY_S[0])
+        self._send([message])
+        while wait and token in self._outstanding:
+            self._read(max(0.0, self._outstanding[token].repeat_s - self.clock.now_s()))
+
+    def _repeat(self, now: float) -> None:
+        """Send again what has not been acknowledged in time."""
+        for token, request in list(self._outstanding.items()):
+            if now < request.repeat_s:
+                continue
+            if request.tries >= len(RETRY_S):
+                del self._outstanding[token]
+                raise LostBoardError(
+                    f"{self.link.port}: the board did not acknowledge the request {request.what} "
+                    f"({len(RETRY_S)} tries in {sum(RETRY_S):.1f} s): check the cable and the board's supply"
+                )
+            request.repeat_s = now + RETRY_S[request.tries]
+            request.tries += 1
+            self._send([request.message])
+
+    def _acknowledge(self, answer: Acknowledge) -> None:
+        request = self._outstanding.get(answer.token)
+        if request is not None and answer.request == frame_id(type(request.message)):
+            del self._outstanding[answer.token]
+            self._check(answer, request.what)
+
+    def _check(self, answer: Acknowledge, what: str) -> None:
+        if answer.result is Result.OK:
+            return
+        why = {
+            Result.BAD_VALUE: "the value is outside what this board can do",
+            Result.BAD_JOINT: f"it has joints 1 to {answer.detail}",
+            Result.FORBIDDEN: f"not while it is {_mode_name(answer.detail)}",
+            Result.HELD: f"host {answer.detail:08x} holds it; `snakebot stop` stops it from here",
+            Result.UNSUPPORTED: "it has no such function",
+        }[answer.result]
+        raise BoardFaultError(f"{self.link.port}: the board refused the request {what}: {why}")
+
+    # -- streaming ---------------------------------------------------------------------------------------------------
+
+    def send_setpoints(self, angles_rad: Sequence[float], interval_s: float) -> tuple[int, tuple[float, ...]]:
+        """Send one tick. It is never repeated: the next tick supersedes it.
+
+        Returns:
+            The sequence number, and the angles as the wire carries them.
+
+        Raises:
+            ProtocolError: an angle is not a number or beyond what the wire carries (a fault of the caller).
+            LostBoardError: the link is gone.
+        """
+        self._sequence = (self._sequence + 1) & 0xFFFF
+        self._send(setpoint_messages(self._sequence, angles_rad, interval_s))
+        return self._sequence, tuple(to_wire(angle) for angle in angles_rad)
+
+    def ping(self) -> None:
+        """Ask for the board's clock; the answer is taken in by ``poll``."""
+        nonce = secrets.randbits(32)
+        self._pings[nonce] = self.clock.now_s()
+        if len(self._pings) > 16:
+            del self._pings[next(iter(self._pings))]
+        self._send([Ping(nonce)])
+
+    def poll(self, timeout_s: float = 0.0) -> list[Received]:
+        """Read what has come in, waiting up to ``timeout_s`` for the first frame; keep the heartbeat.
+
+        Raises:
+            LostBoardError: the link is gone, or the board has been silent for half a second.
+            BoardFaultError: the board rebooted, or entered a fault or was stopped while we had it armed.
+        """
+        now = self.clock.now_s()
+        if now >= self._heartbeat_due_s:
+            self._heartbeat_due_s = now + HEARTBEAT_S
+            self._heartbeats = (self._heartbeats + 1) & 0xFFFF
+            self._send([HostHeartbeat(self.host, self._heartbeats)])
+            self.ping()
+        received = self._read(timeout_s)
+        if self.clock.now_s() - self._heard_s > SILENCE_S:
+            raise LostBoardError(
+                f"{self.link.port}: the board has been silent for {SILENCE_S:g} s: "
+                "its watchdog has stopped the joints; check cable and supply, then start again"
+            )
+        return received
+
+    def _send(self, messages: Sequence[Message]) -> None:
+        frames = [encode(message) for message in messages]
+        now = self.clock.now_s()
+        for frame in frames:
+            self._note("tx", now, frame)
+        self.link.send(frames)
+
+    def _note(self, direction: str, now_s: float, frame: Frame) -> None:
+        self._traffic.append((direction, now_s, frame))
+        if self.on_frame is not None:
+            self.on_frame(direction, now_s, frame)
+
+    def _read(self, timeout_s: float) -> list[Received]:
+        received: list[Received] = []
+        frames = self.link.receive(timeout_s)
+        now = self.clock.now_s()
+        if self._outstanding:
+            self._repeat(now)
+        for frame in frames:
+            self._note("rx", now, frame)
+            try:
+                message = decode(frame)
+            except ProtocolError:
+                self.unreadable += 1
+                continue
+            self._heard_s = now
+            item = self._take(message, now)
+            if item is not None:
+                received.append(item)
+        return received
+
+    def _take(self, message: Message, now: float) -> Received | None:
+        """Bring the picture of the board up to date; hand on what a caller wants to see."""
+        match message:
+            case State() | Measured() | Applied():
+                return self._sample(message, now)
+            case PosePosition():
+                self._positions[message.sample] = message
+                if len(self._positions) > 8:
+                    del self._positions[next(iter(self._positions))]
+            case PoseMotion():
+                position = self._positions.pop(message.sample, None)
+                if position is not None:
+                    return Pose(
+                        message.sample, position.x_m, position.y_m, message.heading_rad, message.speed_m_s
+                    )
+            case BoardHeartbeat():
+                self._beat(message)
+            case Acknowledge():
+                self._acknowledge(message)
+            case Pong():
+                sent = self._pings.pop(message.nonce, None)
+                if sent is not None:
+                    self.board_clock.round_trip(sent, now, self.board_clock.unwrap(message.board_time_us))
+            case FaultEvent():
+                self._fault(message.code, message.joint)
+                return message
+            case Supply():
+                self.supply = message
+                return message
+            case Counters():
+                self.counters = message
+                return message
+            case JointSupply():
+                return message
+            case InfoProtocol() | InfoFirmware() | InfoSerial():
+                self._infos[type(message)] = message
+            case _:
+                pass  # another host's frames on a shared bus
+        return None
+
+    def _sample(self, message: State | Measured | Applied, now: float) -> Reading | None:
+        if self._assembler is None or self.info is None:
+            return None
+        sample = self._assembler.add(message)
+        if sample is None:
+            return None
+        rad_per_count = 2 * math.pi / self.info.counts_per_rev
+        self.mode = sample.state.mode
+        self.last_reading = Reading(
+            sequence=sample.state.sequence,
+            sample=sample.state.sample,
+            mode=sample.state.mode,
+            received_s=now,
+            board_time_us=self.board_clock.unwrap(sample.state.board_time_us),
+            measured_rad=tuple(math.nan if c is None else c * rad_per_count for c in sample.measured_counts),
+            applied_rad=sample.applied_rad,
+        )
+        return self.last_reading
+
+    def _beat(self, beat: BoardHeartbeat) -> None:
+        if self.boot_id is not None and beat.boot_id != self.boot_id:
+            self._armed = False
+            raise BoardFaultError(
+                f"{self.link.port}: the board has rebooted (boot {self.boot_id:04x}, now {beat.boot_id:04x}): "
+                "its joints are without power; check its supply, then start again"
+            )
+        self.mode, self.fault, self.holder = beat.mode, beat.fault, beat.holder
+        if beat.mode in (Mode.FAULT, Mode.STOPPED):
+            self._fault(beat.fault, 0)
+
+    def _fault(self, code: Fault, joint: int) -> None:
+        self.fault = code
+        if not self._armed:
+            return
+        self._armed = False
+        where = f" on joint {joint}" if joint else ""
+        raise BoardFaultError(f"{self.link.port}: {_FAULT_LINES[code]}{where}")
+
+    def recent_traffic(self) -> list[str]:
+        """The last frames, decoded, oldest first: what to look at after a failure."""
+        lines = []
+        for direction, at_s, frame in self._traffic:
+            try:
+                text = str(decode(frame))
+            except ProtocolError as error:
+                text = f"unreadable: {error}"
+            lines.append(f"{at_s:12.6f} {direction} {frame} {text}")
+        return lines
+
+    def check_robot(self, robot: Robot) -> None:
+        """Raises: BadInputError: the board is not this robot's (joints or encoder resolution differ)."""
+        assert self.info is not None
+        for what, ours, theirs in (
+            ("joints", robot.joints, self.info.joints),
+            ("encoder counts a turn", robot.encoder_counts_per_rev, self.info.counts_per_rev),
+        ):
+            if ours != theirs:
+                raise BadInputError(
+                    f"{self.link.port}: the board has {theirs} {what}, robot {robot.name!r} has {ours}: "
+                    "give the robot's own description with --robot"
+                )
+
+
+def _mode_name(value: int) -> str:
+    return Mode(value).name.lower() if value in Mode.__members__.values() else f"in mode {value}"
+
+
+_FAULT_LINES = {
+    Fault.NONE: "the board reports a fault without a code",
+    Fault.WATCHDOG: "the board's watchdog stopped the joints: no set-point reached it for 100 ms",
+    Fault.EMERGENCY_STOP: "emergency stop: the joints are without power",
+    Fault.SERVO: "the board reports a servo fault",
+    Fault.UNDERVOLTAGE: "the board reports that the supply voltage is too low",
+    Fault.OVERCURRENT: "the board reports too much current",
+    Fault.OVERTEMPERATURE: "the board reports that it is too hot",
+    Fault.ENCODER: "the board reports an encoder fault",
+    Fault.INTERNAL: "the board reports an internal fault",
+}

@@ -1,0 +1,346 @@
+"""``snakebot run``: move the robot."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from snakebot.cli.ports import SIM, open_port
+from snakebot.errors import EXIT_INTERRUPTED, BadInputError, SnakebotError
+
+if TYPE_CHECKING:
+    from snakebot.board import Board
+    from snakebot.control import RunLoop, RunResult
+    from snakebot.gait import Gait, GaitMotion
+    from snakebot.robot import Robot
+
+DEFAULT_CYCLES = 8
+_PANEL_S = 0.15  # between two pictures of the live panel
+
+EPILOG = """\b
+Examples:
+  snakebot run --alpha 66 --beta 80 --omega 2
+  snakebot run --gait penn_state_optimum --cycles 4 --fast
+  snakebot run --alpha 66 --beta 80 --omega 2 --port serial:/dev/ttyUSB0?baud=1000000
+  snakebot run --alpha 40 --beta 80 --omega 3 --fault rigid:4@12s --fault clear@20s
+  snakebot run --alpha 66 --beta 80 --omega 4 --effect rate_limit:limit_rad_s=2.5,joints=3
+  snakebot run --alpha 66 --beta 80 --omega 2 --dry-run
+
+\b
+While it runs: Ctrl-C ramps down, holds and relaxes; a second Ctrl-C holds and relaxes at once;
+`snakebot stop` in another terminal cuts the power.
+"""
+
+
+@click.command(name="run", epilog=EPILOG)
+@click.option("--alpha", type=float, help="Amplitude of the joint angles, deg.")
+@click.option("--beta", type=float, help="Phase from joint to joint, deg.")
+@click.option("--omega", type=float, help="Frequency of the wave, rad/s.")
+@click.option("--offset", type=float, default=None, help="Constant bend of all joints: steers the robot, deg.")
+@click.option("--gait", "gait_source", help="A gait by name or YAML file; the options above override it.")
+@click.option("--duration", type=float, help="Length of the run with its ramps, s.")
+@click.option("--cycles", type=float, help=f"Full cycles between the ramps [{DEFAULT_CYCLES} if no --duration].")
+@click.option("--rate", type=float, default=100.0, show_default=True, help="Ticks a second, Hz.")
+@click.option("--ramp", type=float, default=2.0, show_default=True, help="Smooth start and end, each, s.")
+@click.option("--robot", "robot_source", default="penn_state", show_default=True, help="Robot description.")
+@click.option("--port", default=SIM, show_default=True, help="Where the board is; see `snakebot board list`.")
+@click.option("--log", "log_path", type=click.Path(path_type=Path), help="The run's log [runs/<time>_<gait>.mcap].")
+@click.option("--frames", is_flag=True, help="Also log every frame of the wire.")
+@click.option("--fault", "faults", multiple=True, help="Joint fault, e.g. free:3, rigid:4+5, rigid:4@12s, clear@20s.")
+@click.option("--effect", "effects", multiple=True, help="Unmodelled effect on the simulated board: NAME:param=value.")
+@click.option("--speed", type=float, help="Forward speed that you measured, m/s; stored with the log.")
+@click.option("--note", help="Anything worth remembering; stored with the log.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the simulated board's randomness.")
+@click.option("--fast", is_flag=True, help="Simulated board only: virtual time, as fast as it computes.")
+@click.option("--dry-run", is_flag=True, help="Show what would be sent, limits checked; open nothing.")
+@click.option("--yes", is_flag=True, help="Do not ask before a real robot moves.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object.")
+def command(**options: Any) -> None:
+    """Stream a gait to a board, read the encoders back, log everything, stop safely.
+
+    The gait is phi_i = offset + alpha sin(omega t + (i - 1) beta). Without --port the board is simulated.
+    """
+    from snakebot.control import parse_fault
+    from snakebot.gait import check_motion
+    from snakebot.robot import load_robot
+
+    robot = load_robot(options["robot_source"])
+    gait = _gait(options)
+    duration_s = _duration(options, gait)
+    faults = [parse_fault(text, robot.joints) for text in options["faults"]]
+    for name in ("speed", "rate"):
+        value = options[name]
+        if value is not None and not math.isfinite(value):
+            raise BadInputError(f"--{name} {value}: must be a finite number")
+
+    def make_motion(start_rad: Sequence[float]) -> GaitMotion:
+        from snakebot.gait import GaitMotion
+
+        return GaitMotion(gait, robot.joints, duration_s, options["ramp"], start_rad)
+
+    motion = make_motion([0.0] * robot.joints)
+    check_motion(motion, robot)
+    if options["dry_run"]:
+        _dry_run(motion, robot, options)
+        return
+    result = _run(robot, gait, make_motion, faults, options)
+    if result == "interrupted":
+        sys.exit(EXIT_INTERRUPTED)
+
+
+def _gait(options: dict[str, Any]) -> Gait:
+    from snakebot.gait import Gait, load_gait
+
+    given = {key: options[key] for key in ("alpha", "beta", "omega", "offset")}
+    if options["gait_source"] is not None:
+        base = load_gait(options["gait_source"])
+        defaults = {
+            "alpha": math.degrees(base.alpha_rad),
+            "beta": math.degrees(base.beta_rad),
+            "omega": base.omega_rad_s,
+            "offset": math.degrees(base.offset_rad),
+        }
+        given = {key: defaults[key] if value is None else value for key, value in given.items()}
+    missing = [f"--{key}" for key in ("alpha", "beta", "omega") if given[key] is None]
+    if missing:
+        raise BadInputError(
+            f"{' and '.join(missing)} missing: give --alpha, --beta and --omega, or --gait "
+            "(for example --alpha 66 --beta 80 --omega 2)"
+        )
+    return Gait.from_degrees(given["alpha"], given["beta"], given["omega"], given["offset"] or 0.0)
+
+
+def _duration(options: dict[str, Any], gait: Gait) -> float:
+    duration, cycles, ramp = options["duration"], options["cycles"], options["ramp"]
+    if duration is not None and cycles is not None:
+        raise BadInputError("give --duration or --cycles, not both")
+    if duration is not None:
+        if not (math.isfinite(duration) and duration > 0):
+            raise BadInputError(f"--duration {duration:g}: must be a positive number of seconds")
+        return float(duration)
+    cycles = DEFAULT_CYCLES if cycles is None else cycles
+    if not (math.isfinite(cycles) and cycles > 0):
+        raise BadInputError(f"--cycles {cycles:g}: must be a positive number")
+    if not math.isfinite(gait.period_s):
+        raise BadInputError("--omega 0 has no cycles: give --duration")
+    return float(cycles * gait.period_s + 2 * ramp)
+
+
+def _dry_run(motion: GaitMotion, robot: Robot, options: dict[str, Any]) -> None:
+    """What would be sent, without opening anything."""
+    import numpy as np
+
+    from firmware_protocol.assembly import setpoint_messages
+    from firmware_protocol.catalogue import encode
+    from firmware_protocol.framing import pack_all
+
+    interval = 1.0 / options["rate"]
+    t = np.arange(0.0, motion.duration_s + interval / 2, interval)
+    angles = motion.sampled(t)
+    speed = np.gradient(angles, interval, axis=0)
+    acceleration = np.gradient(speed, interval, axis=0)
+    frames = [encode(message) for message in setpoint_messages(0, list(angles[0]), interval)]
+    summary = {
+        "gait": str(motion.gait),
+        "duration_s": round(motion.duration_s, 6),
+        "ticks": len(t),
+        "frames_per_tick": len(frames),
+        "serial_bytes_per_s": round(len(pack_all(frames)) * options["rate"]),
+        "joints": [
+            {
+                "joint": joint + 1,
+                "angle_deg": [round(float(np.degrees(np.abs(angles[:, joint]).max())), 3)],
+                "angle_limit_deg": round(math.degrees(robot.angle_limit_rad[joint]), 3),
+                "speed_rad_s": round(float(np.abs(speed[:, joint]).max()), 4),
+                "speed_limit_rad_s": robot.speed_limit_rad_s[joint],
+                "acceleration_rad_s2": round(float(np.abs(acceleration[:, joint]).max()), 4),
+                "acceleration_limit_rad_s2": robot.acceleration_limit_rad_s2[joint],
+            }
+            for joint in range(robot.joints)
+        ],
+    }
+    for row in summary["joints"]:  # type: ignore[attr-defined]
+        row["angle_deg"] = row["angle_deg"][0]
+    if options["as_json"]:
+        click.echo(json.dumps(summary))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=f"{summary['gait']}: nothing sent", caption="largest value, and what the robot allows")
+    for name in ("joint", "angle deg", "allowed", "speed rad/s", "allowed", "acceleration rad/s2", "allowed"):
+        table.add_column(name, justify="right")
+    for row in summary["joints"]:  # type: ignore[attr-defined]
+        table.add_row(*(f"{value:g}" for value in row.values()))
+    console = Console()
+    console.print(table)
+    console.print(
+        f"{summary['ticks']} ticks in {motion.duration_s:.1f} s, {len(frames)} frames a tick, "
+        f"{summary['serial_bytes_per_s']} bytes/s on a serial line; within all limits of {robot.name}"
+    )
+
+
+def _run(
+    robot: Robot,
+    gait: Gait,
+    make_motion: Callable[[Sequence[float]], GaitMotion],
+    faults: Sequence[Any],
+    options: dict[str, Any],
+) -> str:
+    """Open, connect, run, close, report. Returns how the run ended."""
+    from snakebot.board import Board
+    from snakebot.clock import MonotonicClock, VirtualClock
+    from snakebot.control import RunLoop, registry
+    from snakebot.control.loop import check_rate
+    from snakebot.runlog.naming import gait_label, new_log_path
+
+    check_rate(options["rate"])
+    clock = VirtualClock() if options["fast"] else MonotonicClock()
+    port = options["port"]
+    link = open_port(port, clock, robot, options["effects"], options["seed"], virtual=options["fast"])
+    with contextlib.closing(link):
+        board = Board(link, clock)
+        info = board.connect()
+        board.check_robot(robot)
+        _confirm(port, robot, gait, info.simulated, options)
+        path = options["log_path"] or new_log_path(gait_label(gait))
+        start_ns = time.time_ns()
+        writer = _writer(path, robot, gait, board, options, start_ns)
+        loop = RunLoop(
+            board,
+            robot,
+            make_motion,
+            rate_hz=options["rate"],
+            clock=clock,
+            amplitude_rad=gait.alpha_rad,
+            settle_s=options["ramp"],
+            faults=faults,
+            recorder=writer,
+            log_frames=options["frames"],
+            start_time_ns=start_ns,
+        )
+        result: RunResult | None = None
+        try:
+            with registry.registered(port), _signals(loop), _panel(loop, f"{gait}", robot, options):
+                result = loop.run()
+        except SnakebotError as error:
+            writer.add_metadata({"ended": f"error: {error}"})
+            raise
+        finally:
+            with contextlib.suppress(SnakebotError) if sys.exc_info()[0] else contextlib.nullcontext():
+                if result is not None:
+                    writer.add_metadata({"ended": result.ended})
+                writer.close()
+            if result is None and writer.path.exists():
+                click.echo(f"log up to there: {writer.path}", err=True)
+    from snakebot.cli.summary import report
+
+    report(result, writer.path, as_json=options["as_json"])
+    return result.ended
+
+
+def _confirm(port: str, robot: Robot, gait: Gait, simulated: bool, options: dict[str, Any]) -> None:
+    if simulated or options["yes"]:
+        return
+    if not sys.stdin.isatty():
+        raise BadInputError(f"{port} is a real robot, and there is nobody to ask: add --yes if it may move")
+    click.confirm(
+        f"{port}: a real robot ({robot.joints} joints) will move now: {gait}. Is everyone clear of it?",
+        abort=True,
+    )
+
+
+def _writer(
+    path: Path, robot: Robot, gait: Gait, board: Board, options: dict[str, Any], start_ns: int
+) -> Any:
+    import platform
+    from dataclasses import asdict
+
+    from firmware_protocol.catalogue import catalogue_hash, dbc_text
+    from snakebot import __version__
+    from snakebot.runlog import RunWriter
+    from snakebot.runlog.log import gait_to_mapping
+
+    assert board.info is not None
+    metadata = {
+        "gait": gait_to_mapping(gait),
+        "ramp_s": options["ramp"],
+        "rate_hz": options["rate"],
+        "port": options["port"],
+        "faults": list(options["faults"]),
+        "effects": list(options["effects"]),
+        "seed": options["seed"],
+        "simulated": board.info.simulated,
+        "virtual_time": options["fast"],
+        "forward_speed_m_s": options["speed"],
+        "notes": options["note"],
+        "board": asdict(board.info),
+        "catalogue_hash": f"{catalogue_hash():08x}",
+        "snakebot_version": __version__,
+        "python_version": platform.python_version(),
+        "platform": platform.platform(),
+    }
+    return RunWriter(
+        path,
+        robot,
+        {key: value for key, value in metadata.items() if value is not None},
+        attachments={"snakebot.dbc": dbc_text().encode()},
+        start_time_ns=start_ns,
+    )
+
+
+@contextlib.contextmanager
+def _signals(loop: RunLoop) -> Iterator[None]:
+    """Ctrl-C, SIGTERM and a closed terminal ramp down; the stop signal cuts the power."""
+    from snakebot.control.registry import STOP_SIGNAL
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handlers = {number: lambda *_: loop.request_stop() for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    handlers[STOP_SIGNAL] = lambda *_: loop.request_emergency_stop()
+    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextlib.contextmanager
+def _panel(loop: RunLoop, title: str, robot: Robot, options: dict[str, Any]) -> Iterator[None]:
+    """The live panel, drawn by a thread of its own; nothing where nobody looks."""
+    if options["as_json"] or options["fast"] or not sys.stdout.isatty():
+        yield
+        return
+    from rich.live import Live
+
+    from snakebot.cli.panel import panel
+
+    done = threading.Event()
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(2e-4)  # drawing takes milliseconds: the loop must get in between
+    with Live(auto_refresh=False, transient=True) as live:
+
+        def draw() -> None:
+            while not done.wait(_PANEL_S):
+                live.update(panel(loop.progress, title, options["port"], robot.angle_limit_rad), refresh=True)
+
+        thread = threading.Thread(target=draw, name="panel", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            done.set()
+            thread.join(timeout=2.0)
+            sys.setswitchinterval(before)

@@ -1,0 +1,64 @@
+"""Joint faults on a time table: ``free:3``, ``rigid:4+5``, ``rigid:2=30``, ``rigid:4@12s``, ``clear@20s``.
+
+They go to the board over the protocol, so they are the same on a real robot: free is a servo without power, rigid one
+that is held.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+from firmware_protocol.catalogue import JointMode
+from snakebot.errors import BadInputError
+
+_GRAMMAR = re.compile(
+    r"(?P<kind>free|rigid|clear)"
+    r"(?::(?P<joints>\d+(?:\+\d+)*)(?:=(?P<angle>[-+]?\d+(?:\.\d*)?))?)?"
+    r"(?:@(?P<at>\d+(?:\.\d*)?)s?)?"
+)
+_EXAMPLES = "free:3, rigid:4+5, rigid:2=30 (degrees), rigid:4@12s, clear@20s"
+
+
+@dataclass(frozen=True, slots=True)
+class JointFault:
+    """From ``at_s`` on, these joints (from 1) are in this mode. At 0 it holds from before the robot is armed."""
+
+    at_s: float
+    joints: tuple[int, ...]
+    mode: JointMode
+    angle_rad: float = 0.0
+
+
+def parse_fault(text: str, joints: int) -> JointFault:
+    """One ``--fault``.
+
+    A rigid joint is held straight when it is rigid from the start, and where it is when it becomes so in mid-run,
+    unless an angle is given. ``clear`` without joints clears all.
+
+    Raises:
+        BadInputError: not in the grammar, or a joint that the robot does not have.
+    """
+    match = _GRAMMAR.fullmatch(text.strip())
+    if match is None or (match["joints"] is None) != (match["kind"] == "clear" and match["joints"] is None):
+        raise BadInputError(f"--fault {text!r}: not understood; give for example {_EXAMPLES}")
+    chosen = tuple(range(1, joints + 1))
+    if match["joints"] is not None:
+        chosen = tuple(dict.fromkeys(int(joint) for joint in match["joints"].split("+")))
+    for joint in chosen:
+        if not 1 <= joint <= joints:
+            raise BadInputError(
+                f"--fault {text!r}: there is no joint {joint}; the robot has joints 1 to {joints}"
+            )
+    at_s = float(match["at"] or 0)
+    if match["kind"] != "rigid":
+        if match["angle"] is not None:
+            raise BadInputError(f"--fault {text!r}: only a rigid joint has an angle")
+        return JointFault(at_s, chosen, JointMode.FREE if match["kind"] == "free" else JointMode.ACTIVE)
+    if match["angle"] is None and at_s > 0:
+        return JointFault(at_s, chosen, JointMode.RIGID_HERE)
+    angle = float(match["angle"] or 0)
+    if abs(angle) > 180:
+        raise BadInputError(f"--fault {text!r}: {angle:g} deg is more than half a turn")
+    return JointFault(at_s, chosen, JointMode.RIGID, math.radians(angle))

@@ -1,0 +1,466 @@
+"""Stream a motion to a board and end it safely.
+
+Every way out leads through the same door, in this order as far as the link lives: ramp down, hold, relax. A host that
+is late skips ticks and never sends them in a burst; when it stays late it holds the robot and then stops it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Protocol
+
+from firmware_protocol.catalogue import Counters, FaultEvent, JointMode, Mode, StopReason, Supply
+from firmware_protocol.frame import Frame
+from snakebot.board import Board, Pose, Reading
+from snakebot.board.client import Received
+from snakebot.clock import Clock
+from snakebot.control.faults import JointFault
+from snakebot.control.progress import Progress, TrackingSoFar
+from snakebot.errors import BadInputError, BoardFaultError, HostLateError, LostBoardError, SnakebotError
+from snakebot.gait import Gait, GaitMotion, Motion, SlewLimiter, check_motion
+from snakebot.robot import Robot
+from snakebot.runlog import records
+
+LATE_SHARE = 0.5  # a tick that starts later than this share of the interval is late
+LATE_ROW_HOLD = 5  # late ticks in a row that bring the robot to hold
+HOLD_BEFORE_RELAX_S = 0.2
+_ANSWER_TICKS = 4  # a set-point that has no answer after this many further ticks is lost
+_WAKE_EARLY_S = 0.0003  # leave the wait for frames this much before a deadline, and sleep the rest exactly
+_STATISTICS_S = 1.0
+_CHANGE_AHEAD_S = 0.25  # time to check a new gait before it begins
+MIN_RATE_HZ, MAX_RATE_HZ = (
+    20.0,
+    1000.0,
+)  # 20 Hz keeps the board's watchdog (100 ms) fed with a lost tick in between
+
+
+class Recorder(Protocol):
+    """What a run is recorded with; ``snakebot.runlog.RunWriter`` is one."""
+
+    def tick(self, tick: records.Tick) -> None: ...
+    def pose(self, pose: records.Pose) -> None: ...
+    def event(self, event: records.Event) -> None: ...
+    def link_statistics(self, statistics: records.LinkStatistics) -> None: ...
+    def frame(self, frame: records.RawFrame) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """How a run went. ``ended`` is "finished" or "interrupted"; errors are raised instead."""
+
+    ended: str
+    duration_s: float
+    progress: Progress
+
+
+@dataclass(slots=True)
+class _Waiting:
+    """A set-point that has no answer yet."""
+
+    tick: records.Tick
+    sent_s: float
+    age: int = 0
+
+
+def check_rate(rate_hz: float) -> None:
+    """Raises: BadInputError: the loop, or the board's watchdog, cannot keep this rate."""
+    if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
+        raise BadInputError(f"--rate {rate_hz:g}: give {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g} Hz")
+
+
+class RunLoop:
+    """One run of one motion on one connected board."""
+
+    def __init__(
+        self,
+        board: Board,
+        robot: Robot,
+        make_motion: Callable[[Sequence[float]], Motion],
+        *,
+        rate_hz: float,
+        clock: Clock,
+        amplitude_rad: float,
+        settle_s: float = 0.0,
+        faults: Sequence[JointFault] = (),
+        recorder: Recorder | None = None,
+        log_frames: bool = False,
+        start_time_ns: int | None = None,
+    ) -> None:
+        """
+        Args:
+            make_motion: gives the motion that begins in the posture (rad a joint) that the robot is found in.
+            rate_hz: ticks a second.
+            amplitude_rad: what tracking error is divided by (37).
+            settle_s: tracking error so far counts from here on (the ramp).
+            faults: joint faults; those at 0 s are set before the robot is armed.
+            recorder: where the run is logged.
+            log_frames: also record every frame of the wire.
+            start_time_ns: wall clock at t = 0 of the log, for logs in virtual time.
+
+        Raises:
+            BadInputError: the rate is one that the loop or the board's watchdog cannot keep.
+        """
+        check_rate(rate_hz)
+        self.board = board
+        self.robot = robot
+        self.clock = clock
+        self.interval_s = 1.0 / rate_hz
+        self.progress = Progress(0.0, TrackingSoFar(robot.joints, amplitude_rad))
+        self._make_motion = make_motion
+        self._settle_s = settle_s
+        self._faults = sorted(faults, key=lambda fault: fault.at_s)
+        self._recorder = recorder
+        self._log_frames = log_frames
+        self._wall_start_ns = start_time_ns
+        self._limiter = SlewLimiter(
+            robot.angle_limit_rad, robot.speed_limit_rad_s, robot.acceleration_limit_rad_s2
+        )
+        self._motion: Motion = GaitMotion(
+            Gait(0, 0, 0), robot.joints, 0, 0
+        )  # the real one is made when armed
+        self._waiting: dict[int, _Waiting] = {}
+        self._origin_s = 0.0  # host clock at the first tick
+        self._stop_requests = 0
+        self._emergency = False
+        self._late = False
+        self._late_row = 0
+        self._statistics_due_s = 0.0
+
+    # -- asked for from outside (signal handlers, other threads) -----------------------------------------------------
+
+    def request_stop(self) -> None:
+        """Ramp down and end. Asked for a second time: hold and relax at once."""
+        self._stop_requests += 1
+
+    def request_emergency_stop(self) -> None:
+        """Cut the power of all joints at the next opportunity, without a ramp."""
+        self._emergency = True
+
+    def change_gait(self, gait: Gait, blend_s: float) -> None:
+        """Go over to another gait without a jump, beginning shortly from now.
+
+        Raises:
+            BadInputError: the motion is not a gait, the last change has not ended yet, or the new gait breaks a limit;
+                the run goes on as it was.
+        """
+        motion = self._motion
+        if not isinstance(motion, GaitMotion):
+            raise BadInputError("only a running gait can be changed")
+        start_s = self.progress.t_s + _CHANGE_AHEAD_S
+        changed = motion.changed(start_s, gait, blend_s)
+        check_motion(changed, self.robot, start_s)
+        if self._motion is motion:  # not while a stop came in between
+            self._motion = changed
+            self._event("gait", f"changed to {gait}", data=asdict(gait))
+
+    # -- the run -----------------------------------------------------------------------------------------------------
+
+    def run(self) -> RunResult:
+        """Do the whole run; the board must be connected.
+
+        Raises:
+            BadInputError: the motion breaks a limit of the robot; nothing has moved.
+            BoardFaultError: the board refused, faulted, rebooted or was stopped.
+            LostBoardError: the link or the board went away.
+            HostLateError: this computer could not keep the tick.
+        """
+        if self._recorder is not None and self._log_frames:
+            self.board.on_frame = self._on_frame
+        self._origin_s = self.clock.now_s()
+        try:
+            motion = self._prepare()
+            ended = self._stream(motion)
+            self._event("finished" if ended == "finished" else "interrupted", f"run {ended}")
+        except (LostBoardError, BoardFaultError, HostLateError) as error:
+            self._event("error", str(error), "error")
+            self._abandon()
+            raise
+        except BaseException:
+            self._abandon()
+            raise
+        finally:
+            self.board.on_frame = None
+        return RunResult(ended, self.progress.t_s, self.progress)
+
+    def _prepare(self) -> Motion:
+        """Everything before the first set-point: clear what a run before has left, limits, faults, arm."""
+        board = self.board
+        if board.mode is not Mode.DISARMED:
+            found = board.mode.name.lower() if board.mode is not None else "unknown"
+            self._event("cleared", f"the board was {found}; disarmed it first", "warning")
+            board.disarm()
+        for joint in range(1, self.robot.joints + 1):
+            board.set_joint_mode(joint, JointMode.ACTIVE)
+        board.set_limits(self.robot)
+        while self._faults and self._faults[0].at_s <= 0:
+            self._set_fault(self._faults.pop(0), wait=True)
+        reading = board.last_reading
+        assert reading is not None
+        start = [0.0 if math.isnan(angle) else angle for angle in reading.measured_rad]
+        limits = self.robot.angle_limit_rad
+        start = [min(max(angle, -limit), limit) for angle, limit in zip(start, limits, strict=True)]
+        motion = self._make_motion(start)
+        check_motion(motion, self.robot)
+        self._limiter.reset(start)
+        self.progress.duration_s = motion.duration_s
+        board.arm()
+        self._event("armed", "joints powered where they are", data={"start_rad": start})
+        return motion
+
+    def _stream(self, motion: Motion) -> str:
+        """Send the motion tick by tick. Returns how it ended, with the joints at rest and relaxed."""
+        self._motion = motion
+        self._late_row = 0
+        self._origin_s = self.clock.now_s()
+        if self._wall_start_ns is None:
+            self._wall_start_ns = time.time_ns()
+        ended = "finished"
+        failure: Exception | None = None
+        tick, previous = 0, -1
+        while True:
+            t_s = tick * self.interval_s
+            try:
+                tick = self._wait_for(tick)
+                t_s = tick * self.interval_s
+                if self._stop_requests and ended == "finished":
+                    ended = "interrupted"
+                    self._motion = self._motion.ended(t_s)
+                    self._event("stopping", "asked to stop: ramping down", "warning")
+                if self._stop_requests > 1 or t_s > self._motion.duration_s + self.interval_s / 2:
+                    break
+                while self._faults and self._faults[0].at_s <= t_s:
+                    self._set_fault(self._faults.pop(0), wait=False)
+                self._send_tick(t_s, (tick - previous) * self.interval_s)
+            except (LostBoardError, BoardFaultError, HostLateError):
+                raise
+            except (
+                Exception
+            ) as error:  # the log's disk is full, or a fault of ours: the link lives, so ramp down
+                if failure is not None:
+                    raise
+                failure = error
+                self._recorder = None
+                self._motion = self._motion.ended(t_s)
+            previous = tick
+            tick += 1
+        self._listen(2 * self.interval_s)
+        self._lose(everything=True)
+        self._relax()
+        if failure is not None:
+            raise failure
+        return ended
+
+    def _wait_for(self, tick: int) -> int:
+        """Wait for a tick's deadline. Returns the tick that is due then: a later one if this one was slept through."""
+        deadline = self._origin_s + tick * self.interval_s
+        self._listen_until(deadline)
+        lateness = self.clock.now_s() - deadline
+        progress = self.progress
+        progress.worst_lateness_s = max(progress.worst_lateness_s, lateness)
+        self._late = lateness > LATE_SHARE * self.interval_s
+        self._late_row = self._late_row + 1 if self._late else 0
+        if self._emergency:
+            self.board.emergency_stop(StopReason.EXTERNAL)
+            raise BoardFaultError(f"{self.board.link.port}: emergency stop: the joints are without power")
+        if self._late_row >= LATE_ROW_HOLD:
+            self._too_late(lateness)
+        behind = max(int(lateness / self.interval_s), 0)
+        progress.skipped += behind
+        return tick + behind
+
+    def _send_tick(self, t_s: float, interval_s: float) -> None:
+        wanted = self._motion.angles(t_s)
+        interval_s = min(interval_s, 0.1)
+        executed = self._limiter.execute(wanted, interval_s, 1, interval_s)
+        assert executed is not None  # the loop's own interval is never too short
+        limited, clamped = executed
+        now = self.clock.now_s()
+        sequence, sent = self.board.send_setpoints(limited, interval_s)
+        progress = self.progress
+        progress.ticks += 1
+        progress.late += self._late
+        progress.clamped += clamped
+        progress.t_s = t_s
+        progress.mode = self.board.mode
+        progress.starts_s.append(now)
+        assert self._wall_start_ns is not None
+        record = records.Tick(
+            sequence=sequence,
+            t_s=now - self._origin_s,
+            host_time_ns=self._wall_start_ns + round((now - self._origin_s) * 1e9),
+            setpoint_rad=wanted,
+            sent_rad=sent,
+            late=self._late,
+        )
+        self._lose()
+        self._waiting[sequence] = _Waiting(record, now)
+
+    # -- what comes back ---------------------------------------------------------------------------------------------
+
+    def _listen_until(self, deadline_s: float) -> None:
+        """Take in frames until shortly before the deadline, then sleep up to it exactly."""
+        while (left := deadline_s - self.clock.now_s() - _WAKE_EARLY_S) > 0:
+            self._take(self.board.poll(left))
+        self._take(self.board.poll(0.0))
+        self.clock.sleep_until(deadline_s)
+
+    def _listen(self, duration_s: float) -> None:
+        deadline = self.clock.now_s() + duration_s
+        while (left := deadline - self.clock.now_s()) > 0:
+            self._take(self.board.poll(left))
+
+    def _take(self, received: Sequence[Received]) -> None:
+        for item in received:
+            match item:
+                case Reading():
+                    self._answered(item)
+                case Pose():
+                    self.progress.pose = item
+                    if self._recorder is not None:
+                        self._recorder.pose(
+                            records.Pose(self._since(), item.x_m, item.y_m, item.heading_rad, item.speed_m_s)
+                        )
+                case Supply():
+                    self.progress.supply = item
+                    self._event("supply", f"{item.voltage_v:.2f} V, {item.current_a:.2f} A", "debug")
+                case Counters():
+                    self.progress.counters = item
+                case FaultEvent():
+                    self._event("fault", f"board reports {item.code.name.lower()}", "error")
+                case _:
+                    pass
+        now = self.clock.now_s()
+        if self._recorder is not None and now >= self._statistics_due_s:
+            self._statistics_due_s = now + _STATISTICS_S
+            self._recorder.link_statistics(records.LinkStatistics(self._since(), self._counters()))
+
+    def _answered(self, reading: Reading) -> None:
+        waiting = self._waiting.pop(reading.sequence, None)
+        if waiting is None:
+            return
+        tick = waiting.tick
+        tick.applied_rad = reading.applied_rad
+        tick.measured_rad = reading.measured_rad
+        tick.board_time_us = reading.board_time_us
+        tick.latency_s = reading.received_s - waiting.sent_s
+        progress = self.progress
+        progress.setpoint_rad, progress.measured_rad = tick.setpoint_rad, reading.measured_rad
+        progress.round_trips_s.append(tick.latency_s)
+        if tick.t_s >= self._settle_s:
+            progress.tracking.add(list(tick.setpoint_rad), reading.measured_rad)
+        for sequence in [s for s in self._waiting if self._waiting[s].sent_s < waiting.sent_s]:
+            self._record_lost(sequence)
+        if self._recorder is not None:
+            self._recorder.tick(tick)
+
+    def _lose(self, everything: bool = False) -> None:
+        """Give up set-points that have waited too long for their answer."""
+        for sequence, waiting in list(self._waiting.items()):
+            waiting.age += 1
+            if everything or waiting.age > _ANSWER_TICKS:
+                self._record_lost(sequence)
+
+    def _record_lost(self, sequence: int) -> None:
+        waiting = self._waiting.pop(sequence)
+        self.progress.lost += 1
+        if self._recorder is not None:
+            self._recorder.tick(waiting.tick)
+
+    # -- ends --------------------------------------------------------------------------------------------------------
+
+    def _relax(self) -> None:
+        """Hold for a moment, then take the power away."""
+        self.board.hold()
+        self._event("holding", "joints held")
+        self._listen(HOLD_BEFORE_RELAX_S)
+        self.board.disarm()
+        self._event("disarmed", "joints relaxed")
+        self.progress.mode = Mode.DISARMED
+
+    def _too_late(self, lateness_s: float) -> None:
+        self.board.hold()
+        self._event("holding", f"{LATE_ROW_HOLD} late ticks in a row", "error")
+        raise HostLateError(
+            f"this computer could not keep the tick: {LATE_ROW_HOLD} ticks in a row came late, the last by "
+            f"{lateness_s * 1e3:.1f} ms at an interval of {self.interval_s * 1e3:g} ms; the robot was held and "
+            "relaxed: lower --rate or end other programs"
+        )
+
+    def _abandon(self) -> None:
+        """After an error: hold and relax if the link still lives; a dead one leaves it to the watchdog."""
+        with contextlib.suppress(SnakebotError, OSError):
+            for sequence in list(self._waiting):
+                self._record_lost(sequence)
+        if isinstance(self.board.mode, Mode) and self.board.mode in (Mode.ARMED, Mode.HOLDING):
+            with contextlib.suppress(SnakebotError, OSError):
+                self.board.hold()
+        with contextlib.suppress(SnakebotError, OSError):
+            if self.board.mode not in (Mode.STOPPED, Mode.FAULT):
+                self.board.disarm()
+
+    # -- records -----------------------------------------------------------------------------------------------------
+
+    def _set_fault(self, fault: JointFault, *, wait: bool) -> None:
+        for joint in fault.joints:
+            self.board.set_joint_mode(joint, fault.mode, fault.angle_rad, wait=wait)
+        names = "+".join(map(str, fault.joints))
+        self._event(
+            "joint_mode",
+            f"joint {names}: {fault.mode.name.lower()}",
+            data={
+                "joints": list(fault.joints),
+                "mode": fault.mode.name.lower(),
+                "angle_rad": fault.angle_rad,
+            },
+        )
+
+    def _since(self) -> float:
+        return max(0.0, self.clock.now_s() - self._origin_s)
+
+    def _event(
+        self, kind: str, message: str, level: records.Level = "info", data: dict[str, object] | None = None
+    ) -> None:
+        if level != "debug":
+            self.progress.note = message
+        if self._recorder is not None:
+            with contextlib.suppress(SnakebotError) if level == "error" else contextlib.nullcontext():
+                self._recorder.event(records.Event(self._since(), kind, message, level, data or {}))
+
+    def _counters(self) -> dict[str, float]:
+        statistics = self.board.link.statistics
+        progress = self.progress
+        counters = {
+            "sent": statistics.sent,
+            "received": statistics.received,
+            "corrupt": statistics.corrupt,
+            "bytes_sent": statistics.bytes_sent,
+            "bytes_received": statistics.bytes_received,
+            "unreadable": self.board.unreadable,
+            "ticks": progress.ticks,
+            "late": progress.late,
+            "skipped": progress.skipped,
+            "lost": progress.lost,
+        }
+        if progress.counters is not None:
+            counters["board_corrupt"] = progress.counters.corrupt
+            counters["board_dropped"] = progress.counters.dropped
+            counters["board_clamped"] = progress.counters.clamped
+        estimate = self.board.board_clock.estimate()
+        if estimate is not None:
+            counters["board_offset_s"], counters["board_drift_ppm"] = estimate
+        return {name: float(value) for name, value in counters.items()}
+
+    def _on_frame(self, direction: str, at_s: float, frame: Frame) -> None:
+        assert self._recorder is not None
+        self._recorder.frame(
+            records.RawFrame(
+                max(0.0, at_s - self._origin_s),
+                "sent" if direction == "tx" else "received",
+                frame.id,
+                frame.data,
+            )
+        )

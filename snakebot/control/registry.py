@@ -1,0 +1,83 @@
+"""Who is running on this machine: one small file a run, so that a second terminal can stop it.
+
+A serial port can be open only once, so ``snakebot stop`` reaches a running robot through its process: SIGUSR1 makes
+the run loop send the emergency stop with its next tick.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+STOP_SIGNAL = signal.SIGUSR1
+
+
+@dataclass(frozen=True, slots=True)
+class RunningRun:
+    """A run that is going on in another process."""
+
+    pid: int
+    port: str
+
+
+def _folder() -> Path:
+    base = os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir()
+    return Path(base) / f"snakebot-{os.getuid()}"
+
+
+def _started(pid: int) -> str | None:
+    """Start time of a process: a number that is used again after the process has gone does not fool us."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19]
+    except (OSError, IndexError):
+        return None
+
+
+@contextlib.contextmanager
+def registered(port: str) -> Iterator[None]:
+    """Make this process's run known while it lasts. A file that cannot be written costs the stop by name, not the run."""
+    path = _folder() / f"{os.getpid()}.json"
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        path.write_text(
+            json.dumps({"pid": os.getpid(), "port": port, "started": _started(os.getpid())}), encoding="utf-8"
+        )
+    except OSError:
+        yield
+        return
+    try:
+        yield
+    finally:
+        path.unlink(missing_ok=True)
+
+
+def running() -> list[RunningRun]:
+    """The runs that are alive; files that dead ones have left are cleared away."""
+    found = []
+    for path in sorted(_folder().glob("*.json")):
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+            pid, port = int(data["pid"]), str(data["port"])
+            alive = _started(pid) is not None and data["started"] == _started(pid)
+        except (OSError, ValueError, KeyError, TypeError):
+            alive = False
+        if alive:
+            found.append(RunningRun(pid, port))
+        else:
+            path.unlink(missing_ok=True)
+    return found
+
+
+def stop(run: RunningRun) -> None:
+    """Ask a run for the emergency stop.
+
+    Raises:
+        OSError: it is another user's, or has just ended.
+    """
+    os.kill(run.pid, STOP_SIGNAL)

@@ -1,0 +1,47 @@
+"""The grammar of --fault."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_protocol.catalogue import JointMode
+from snakebot.control import JointFault, parse_fault
+from snakebot.errors import BadInputError
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("free:3", JointFault(0, (3,), JointMode.FREE)),
+        ("rigid:4+5", JointFault(0, (4, 5), JointMode.RIGID)),
+        ("rigid:2=-30", JointFault(0, (2,), JointMode.RIGID, math.radians(-30))),
+        ("rigid:4@12s", JointFault(12, (4,), JointMode.RIGID_HERE)),
+        ("rigid:4=10@12.5", JointFault(12.5, (4,), JointMode.RIGID, math.radians(10))),
+        ("clear@20s", JointFault(20, (1, 2, 3, 4, 5), JointMode.ACTIVE)),
+        ("clear:2@20s", JointFault(20, (2,), JointMode.ACTIVE)),
+    ],
+)
+def test_faults_are_understood(text: str, expected: JointFault) -> None:
+    assert parse_fault(text, 5) == expected
+
+
+@pytest.mark.parametrize(
+    "text", ["", "free", "rigid", "free:0", "free:6", "free:3+", "stuck:3", "free:3=20", "rigid:3@-1", "rigid:3=400"]
+)
+def test_what_is_not_understood_is_named_with_an_example(text: str) -> None:
+    with pytest.raises(BadInputError, match="--fault"):
+        parse_fault(text, 5)
+
+
+@given(st.text(max_size=30))
+def test_nonsense_never_does_anything_but_the_documented_error(text: str) -> None:
+    try:
+        fault = parse_fault(text, 5)
+    except BadInputError:
+        return
+    assert set(fault.joints) <= {1, 2, 3, 4, 5}
+    assert fault.at_s >= 0

@@ -58,10 +58,13 @@ class Hysteresis:
     lag_s: float
     constant_rad: float
     loop: float
+    explained: (
+        float  # share of the error's variance that these three terms explain; below half they mean little
+    )
     samples: int
 
 
-UNKNOWN_HYSTERESIS = Hysteresis(math.nan, math.nan, math.nan, math.nan, 0)
+UNKNOWN_HYSTERESIS = Hysteresis(math.nan, math.nan, math.nan, math.nan, math.nan, 0)
 
 
 def hysteresis(t_s: Array, measured_rad: Array, command_rad: Array, cycles: float = math.nan) -> Hysteresis:

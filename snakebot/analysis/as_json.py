@@ -1,0 +1,94 @@
+"""Results as plain JSON: SI units named in the keys, ``null`` for what is not known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from snakebot.analysis.joints import JointAnalysis
+from snakebot.analysis.run_analysis import RunAnalysis
+from snakebot.analysis.sine import SineFit
+from snakebot.analysis.tables import PaperTables
+
+SCHEMA = "snakebot.analysis/1"
+
+
+def analysis_json(runs: Sequence[RunAnalysis], tables: PaperTables) -> dict[str, Any]:
+    """What ``snakebot analyze --json`` prints."""
+    return {"schema": SCHEMA, "runs": [run_json(run) for run in runs], "tables": plain(asdict(tables))}
+
+
+def run_json(run: RunAnalysis) -> dict[str, Any]:
+    gait = run.gait
+    return {
+        "name": run.name,
+        "robot": run.robot.name,
+        "samples": len(run.run),
+        "duration_s": plain(run.run.duration_s),
+        "gait": None
+        if gait is None
+        else {
+            "alpha_rad": gait.alpha_rad,
+            "beta_rad": gait.beta_rad,
+            "omega_rad_s": gait.omega_rad_s,
+            "offset_rad": gait.offset_rad,
+        },
+        "omega_rad_s": run.omega_rad_s,
+        "omega_source": run.omega_source,
+        "steady": plain(asdict(run.steady)),
+        "te": plain(run.te),
+        "speed_m_s": plain(run.speed_m_s),
+        "speed_source": run.speed_source or None,
+        "pose_speed": plain(asdict(run.pose_speed)) if run.pose_speed else None,
+        "speed_error_percent": plain(run.speed_error_percent),
+        "predictions": plain(asdict(run.predictions)),
+        "power_in_w": plain(run.power_in_w),
+        "power_dissipated_w": plain(run.power_dissipated_w),
+        "power_electrical_w": plain(run.power_electrical_w),
+        "link": plain(asdict(run.link)),
+        "faults": {"free": list(run.faults.free), "rigid": list(run.faults.rigid)},
+        "joints": [joint_json(joint) for joint in run.joints],
+        "warnings": list(run.warnings),
+    }
+
+
+def joint_json(joint: JointAnalysis) -> dict[str, Any]:
+    return {
+        "joint": joint.joint,
+        **plain(asdict(joint.tracking)),
+        "command": _sine(joint.command),
+        "measured": _sine(joint.measured),
+        "gain": plain(joint.gain),
+        "lag_rad": plain(joint.lag_rad),
+        "lag_s": plain(joint.lag_s),
+        "thd": plain(joint.thd),
+        "thd_command": plain(joint.thd_command),
+        "harmonics": plain(joint.harmonics.tolist()),
+        "sine_residual": plain(joint.sine_residual),
+        "hysteresis": plain(asdict(joint.hysteresis)),
+        "lost": plain(joint.lost),
+    }
+
+
+def _sine(fit: SineFit | None) -> dict[str, Any] | None:
+    if fit is None:
+        return None
+    return {
+        "amplitude_rad": fit.amplitude,
+        "phase_rad": fit.phase_rad,
+        "offset_rad": fit.offset,
+        "residual_rms_rad": fit.residual_rms,
+    }
+
+
+def plain(value: Any) -> Any:
+    """The same with ``None`` for every number that is not one."""
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value

@@ -9,35 +9,27 @@ disk holds up neither the run loop nor the first thread; from there they survive
 from __future__ import annotations
 
 import os
-import struct
 import threading
 import time
-import zlib
 from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Header, Metadata, Schema
-from mcap.writer import MCAP0_MAGIC
 
 from snakebot.errors import LogError
 from snakebot.robot import Robot
-from snakebot.runlog import channels, metadata
-from snakebot.runlog.finish import finish, sync_folder
-from snakebot.runlog.lock import lock
+from snakebot.runlog import channels
+from snakebot.runlog.finish import finish
 from snakebot.runlog.naming import PART_SUFFIX, final_path
+from snakebot.runlog.part_file import PartFile, beginning, chunk, message, metadata_record
 from snakebot.runlog.records import Event, LinkStatistics, Pose, RawFrame, Telemetry, Tick
 
 FLUSH_S = 0.2  # with the time to sync, well within the half second that a crash may cost
 CHUNK_BYTES = 16 << 10
 MAX_QUEUE_BYTES = 64 << 20  # a disk that hangs for minutes is reported, not buffered without end
-
-_MESSAGE = struct.Struct("<BQHIQQ")
-_CHUNK_HEAD = struct.Struct("<BQQQQI")
 
 
 class RunWriter:
@@ -75,43 +67,32 @@ class RunWriter:
         self.part_path = self.path.with_name(self.path.name + PART_SUFFIX)
         self.joints = robot.joints
         self.start_time_ns = time.time_ns() if start_time_ns is None else start_time_ns
+        self._flush_s, self._sync_s = flush_s, sync_s
         self._queue: deque[bytes] = deque()
-        self._queued_bytes = 0
-        self._written_bytes = 0
+        self._queued_bytes = self._written_bytes = 0
         self._sequence = dict.fromkeys((channel.id for channel in channels.CHANNELS), 0)
         self._error: str | None = None
-        self._reported = False
-        self._closed = False
-        self._flush_s, self._sync_s = flush_s, sync_s
-        self._wake = threading.Event()
-        self._file = self._create()
-        self._good_bytes = 0
-        try:
-            self._write(self._preamble(robot, metadata or {}, attachments or {}))
-            sync_folder(self.path.parent)
-        except OSError as error:
-            os.close(self._file)
-            self.part_path.unlink(missing_ok=True)
-            raise LogError(f"{self.part_path}: cannot write the log: {error.strerror}") from None
-        self._thread = threading.Thread(target=self._write_loop, name="runlog-writer", daemon=True)
+        self._reported = self._closed = False
+        if self.path.exists():
+            raise LogError(f"{self.path}: exists already; a log is never overwritten")
+        start = beginning(robot, metadata or {}, attachments or {}, self.start_time_ns)
+        self._file = PartFile(self.part_path, start)
+        self._last_flush, self._last_sync = threading.Event(), threading.Event()
+        self._flusher = threading.Thread(target=self._flush_loop, name="runlog-flush", daemon=True)
         self._syncer = threading.Thread(target=self._sync_loop, name="runlog-sync", daemon=True)
-        self._stop_sync = threading.Event()
-        self._thread.start()
+        self._flusher.start()
         self._syncer.start()
 
     # --- called from the run loop
 
     def tick(self, tick: Tick) -> None:
         """Record one tick. Its arrays are copied: the caller may use them again."""
-        joints = self.joints
         for values in (tick.setpoint_rad, tick.sent_rad, tick.applied_rad, tick.measured_rad):
-            if values is not None and len(values) != joints:
-                raise LogError(
-                    f"{self.path}: tick {tick.sequence} has {len(values)} values for {joints} joints"
-                )
-        self._put(
-            channels.JOINTS.id, tick.t_s, channels.encode_tick(tick), tick.sequence, max(0, tick.host_time_ns)
-        )
+            if values is not None and len(values) != self.joints:
+                found = f"{len(values)} values for {self.joints} joints"
+                raise LogError(f"{self.path}: tick {tick.sequence} has {found}")
+        data = channels.encode_tick(tick)
+        self._put(channels.JOINTS.id, tick.t_s, data, tick.sequence, tick.host_time_ns)
 
     def pose(self, pose: Pose) -> None:
         """Record where the robot is."""
@@ -135,8 +116,7 @@ class RunWriter:
 
     def add_metadata(self, more: Mapping[str, Any]) -> None:
         """Add to the run's metadata, or replace values of it: how the run ended, a speed measured later."""
-        self._check()
-        self._append(_metadata_record(more))
+        self._append(metadata_record(more))
 
     def _put(
         self,
@@ -144,36 +124,24 @@ class RunWriter:
         t_s: float,
         data: bytes,
         sequence: int | None = None,
-        publish_ns: int | None = None,
+        wall_ns: int | None = None,
     ) -> None:
-        self._check()
         if sequence is None:
             sequence = self._sequence[channel_id]
             self._sequence[channel_id] = sequence + 1
         log_ns = max(0, self.start_time_ns + round(t_s * 1e9))
-        head = _MESSAGE.pack(
-            Opcode.MESSAGE,
-            22 + len(data),
-            channel_id,
-            sequence & 0xFFFFFFFF,
-            log_ns,
-            log_ns if publish_ns is None else publish_ns,
-        )
-        self._append(head + data)
+        self._append(message(channel_id, sequence, log_ns, max(0, wall_ns or log_ns), data))
 
     def _append(self, record: bytes) -> None:
-        self._queue.append(record)
-        self._queued_bytes += len(record)
         if self._queued_bytes - self._written_bytes > MAX_QUEUE_BYTES:
             self._fail("the disk does not keep up")
-            self._check()
-
-    def _check(self) -> None:
         if self._error is not None:
             self._reported = True
             raise LogError(self._error)
         if self._closed:
             raise LogError(f"{self.path}: the log is closed")
+        self._queue.append(record)
+        self._queued_bytes += len(record)
 
     # --- closing
 
@@ -181,27 +149,23 @@ class RunWriter:
         """Write what is left, compress, add the index and give the log its final name. Returns that name.
 
         Raises:
-            LogError: it could not be written whole; what was written stays in the ``.part``.
+            LogError: it could not be written whole; what was written stays in the ``.part``. An error that
+                a call before has raised already is not raised again: then the ``.part``'s name is returned.
         """
         if self._closed:
-            return self.path
+            return self.part_path if self._error is not None else self.path
         self._closed = True
-        self._wake.set()
-        self._thread.join()
-        self._stop_sync.set()
+        self._last_flush.set()
+        self._flusher.join()
+        self._last_sync.set()
         self._syncer.join()
-        try:
-            os.fsync(self._file)
-        except OSError as error:
-            self._fail(error.strerror or str(error))
-        finally:
-            os.close(self._file)
-        if self._error is not None:
-            if self._reported:
-                return self.part_path
+        self._file.close()
+        if self._error is None:
+            finish(self.part_path, self.path)
+            return self.path
+        if not self._reported:
             raise LogError(self._error)
-        finish(self.part_path, self.path)
-        return self.path
+        return self.part_path
 
     def __enter__(self) -> RunWriter:
         return self
@@ -209,74 +173,57 @@ class RunWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if error is None:
-            self.close()
-            return
         try:
             self.close()
         except LogError as second:
+            if error is None:
+                raise
             error.add_note(str(second))
 
     # --- the two threads
 
-    def _write_loop(self) -> None:
-        while True:
-            last = self._wake.wait(self._flush_s)
+    def _flush_loop(self) -> None:
+        last = False
+        while not last and self._error is None:
+            last = self._last_flush.wait(self._flush_s)
             try:
                 self._drain()
             except OSError as error:
-                self._undo_torn_chunk()
                 self._fail(error.strerror or str(error))
-            if last or self._error is not None:
-                return
 
     def _sync_loop(self) -> None:
-        synced = -1
-        while not self._stop_sync.wait(self._sync_s):
-            if self._good_bytes != synced:
-                synced = self._good_bytes
+        synced, last = -1, False
+        while not last:
+            last = self._last_sync.wait(self._sync_s)
+            if self._file.good_bytes != synced:
+                synced = self._file.good_bytes
                 try:
-                    os.fdatasync(self._file) if hasattr(os, "fdatasync") else os.fsync(self._file)
+                    self._file.sync()
                 except OSError as error:
                     self._fail(error.strerror or str(error))
 
     def _drain(self) -> None:
+        """Write what is on the queue now, in chunks; metadata records stand between chunks."""
         batch: list[bytes] = []
         size = 0
         for _ in range(len(self._queue)):
             record = self._queue.popleft()
-            if record[0] != Opcode.MESSAGE:
+            is_message = record[0] == Opcode.MESSAGE
+            if is_message:
+                batch.append(record)
+                size += len(record)
+            if size >= CHUNK_BYTES or not is_message:
                 self._write_chunk(batch)
                 batch, size = [], 0
-                self._write(record)
+            if not is_message:
+                self._file.write(record)
                 self._written_bytes += len(record)
-                continue
-            batch.append(record)
-            size += len(record)
-            if size >= CHUNK_BYTES:
-                self._write_chunk(batch)
-                batch, size = [], 0
         self._write_chunk(batch)
 
     def _write_chunk(self, batch: list[bytes]) -> None:
         if batch:
-            data = b"".join(batch)
-            times = [_MESSAGE.unpack_from(record)[4] for record in batch]
-            self._write(_chunk(data, min(times), max(times)))
-            self._written_bytes += len(data)
-
-    def _write(self, data: bytes) -> None:
-        rest = memoryview(data)
-        while rest:
-            rest = rest[os.write(self._file, rest) :]
-        self._good_bytes += len(data)
-
-    def _undo_torn_chunk(self) -> None:
-        """After a failed write, end the file where the last whole chunk ended."""
-        try:
-            os.ftruncate(self._file, self._good_bytes)
-        except OSError:
-            return  # a reader leaves the torn chunk out
+            self._file.write(chunk(batch))
+            self._written_bytes += sum(map(len, batch))
 
     def _fail(self, why: str) -> None:
         if self._error is None:
@@ -284,60 +231,3 @@ class RunWriter:
                 f"{self.part_path}: the log cannot be written any further: {why}; what was written until "
                 "then can be read as it is, or finished with 'snakebot log recover'"
             )
-
-    # --- the start of the file
-
-    def _create(self) -> int:
-        if self.path.exists():
-            raise LogError(f"{self.path}: exists already; a log is never overwritten")
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            file = os.open(self.part_path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
-        except FileExistsError:
-            raise LogError(f"{self.part_path}: exists already; a log is never overwritten") from None
-        except OSError as error:
-            raise LogError(f"{self.part_path}: cannot make the log: {error.strerror}") from None
-        lock(file)
-        return file
-
-    def _preamble(self, robot: Robot, run: Mapping[str, Any], attachments: Mapping[str, bytes]) -> bytes:
-        from snakebot import __version__
-
-        now_ns = self.start_time_ns
-        builder = RecordBuilder()
-        builder.write(MCAP0_MAGIC)
-        Header(profile=channels.PROFILE, library=f"snakebot {__version__}").write(builder)
-        files = {channels.ROBOT_ATTACHMENT: robot.to_yaml().encode(), **attachments}
-        for name, data in files.items():
-            Attachment(now_ns, now_ns, name, _media_type(name), bytes(data)).write(builder)
-        builder.write(
-            _metadata_record({"start_time_ns": now_ns, "joints": robot.joints, "robot": robot.name, **run})
-        )
-        declarations = RecordBuilder()
-        for channel in channels.CHANNELS:
-            number = channel.id
-            Schema(number, channel.schema, channels.SCHEMA_ENCODING, channel.schema_name).write(declarations)
-            Channel(number, channel.topic, channels.MESSAGE_ENCODING, {}, number).write(declarations)
-        builder.write(_chunk(_built(declarations), 0, 0))
-        return _built(builder)
-
-
-def _chunk(data: bytes, first_ns: int, last_ns: int) -> bytes:
-    """An uncompressed chunk record: small enough that compressing it would cost more than it saves."""
-    length = 8 + 8 + 8 + 4 + 4 + 8 + len(data)
-    head = _CHUNK_HEAD.pack(Opcode.CHUNK, length, first_ns, last_ns, len(data), zlib.crc32(data))
-    return head + struct.pack("<IQ", 0, len(data)) + data
-
-
-def _built(builder: RecordBuilder) -> bytes:
-    return bytes(builder.end())  # type: ignore[no-untyped-call]
-
-
-def _metadata_record(values: Mapping[str, Any]) -> bytes:
-    builder = RecordBuilder()
-    Metadata(name=metadata.RECORD_NAME, metadata=metadata.to_strings(values)).write(builder)
-    return _built(builder)
-
-
-def _media_type(name: str) -> str:
-    return {".yaml": "application/yaml", ".json": "application/json"}.get(Path(name).suffix, "text/plain")

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from snakebot.physics.chain import FREE, PRESCRIBED, TORQUE, Chain, Drive
-    from snakebot.physics.gaits import GaitResults, simulate_gaits
+    from snakebot.physics.gaits import GaitResults, Pid, gait_trajectory, simulate_gaits
     from snakebot.physics.model import ChainModel
-    from snakebot.physics.replay import Trajectory, replay
+    from snakebot.physics.trajectory import Trajectory, replay
 
 _HOME = {
     "ChainModel": "model",
@@ -22,9 +22,11 @@ _HOME = {
     "TORQUE": "chain",
     "FREE": "chain",
     "GaitResults": "gaits",
+    "Pid": "gaits",
+    "gait_trajectory": "gaits",
     "simulate_gaits": "gaits",
-    "Trajectory": "replay",
-    "replay": "replay",
+    "Trajectory": "trajectory",
+    "replay": "trajectory",
 }
 
 __all__ = [
@@ -35,7 +37,9 @@ __all__ = [
     "ChainModel",
     "Drive",
     "GaitResults",
+    "Pid",
     "Trajectory",
+    "gait_trajectory",
     "replay",
     "simulate_gaits",
 ]

@@ -28,9 +28,9 @@ class Drive:
     """What the joints do during one step. Arrays of shape (joints,), to be written in place step by step.
 
     Attributes:
-        kind: PRESCRIBED (angle is imposed, the torque follows), TORQUE (torque is imposed) or FREE (swings, no torque).
-        angle_rad, rate_rad_s: of PRESCRIBED joints at the *end* of the step. The acceleration over the step follows from
-            the change of rate, so that no momentum is made up where a rate jumps.
+        kind: PRESCRIBED (angle is imposed, the torque follows), TORQUE (torque is imposed) or FREE (swings).
+        angle_rad, rate_rad_s: of PRESCRIBED joints at the *end* of the step. The acceleration over the step is
+            the change of rate over its length, so that no momentum is made up where a rate jumps.
         torque_nm: on TORQUE joints, constant over the step.
     """
 
@@ -54,8 +54,8 @@ class Drive:
 class Chain:
     """Online stepper of one chain; starts straight, at rest, at the origin.
 
-    After each ``step`` (and ``reset``) the attributes hold the new state; they are the chain's own arrays, to be read and
-    copied, not written.
+    After each ``step`` (and ``reset``) the attributes hold the new state; they are the chain's own arrays, to be
+    read and copied, not written.
 
     Attributes:
         t_s: time since the last reset.
@@ -169,17 +169,17 @@ class Chain:
         return np.stack((self._work[first], self._work[second]), axis=1)
 
 
-@jit  # type: ignore[misc]
+@jit
 def _online_step(
     links: Any, slope: float, eps: float, h: float, kind: Any, base: Any, phi: Any, dphi: Any, phi_end: Any,
     dphi_end: Any, torque_in: Any, work: Any, stage: Any, torque_out: Any, power: Any,
 ) -> None:  # fmt: skip
     n = links.shape[1]
-    acc, torque, damping = stage[7], stage[8], stage[9]
+    acc, torque, nothing = stage[7], stage[8], stage[9]
     for j in range(n - 1):
         acc[j] = (dphi_end[j] - dphi[j]) / h if kind[j] == PRESCRIBED else 0.0
         torque[j] = torque_in[j] if kind[j] == TORQUE else 0.0
     kernel.step(
-        links, slope, eps, h, kind, base, phi, dphi, acc, phi_end, dphi_end, acc, torque, torque, damping, work, stage,
+        links, slope, eps, h, kind, base, phi, dphi, acc, phi_end, dphi_end, acc, torque, nothing, nothing, work, stage,
         torque_out, power,
     )  # fmt: skip

@@ -27,8 +27,7 @@ def drop_stale_caches() -> None:
 
 drop_stale_caches()
 
-# "contract", "nsz", "arcp" let the compiler fuse and simplify; none of them lets results differ from run to run, and NaN
-# stays NaN.
+# These let the compiler fuse and simplify; none of them lets results differ from run to run, and NaN stays NaN.
 _FAST = {"contract", "nsz", "arcp"}
 
 jit = njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")

@@ -35,13 +35,14 @@ PRESCRIBED, TORQUE, FREE = 0, 1, 2
     AX, AY, AA, PIN, PDIS, FX, FY, FA,
 ) = range(35)  # fmt: skip
 WORK_ROWS = 35
+STAGE_ROWS = 16  # 7 to 13 are for the caller of ``step``
 
 # Two-stage Rosenbrock method of second order for any approximation of the Jacobian, L-stable for this gamma with the
 # exact one (Verwer, Spee, Blom & Hundsdorfer, SIAM J. Sci. Comput. 20(4), 1999: ROS2).
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
 
-@jit  # type: ignore[misc]
+@jit
 def first_angle(psi: float, phi: Any, n: int) -> float:
     """Angle of link 1 from the mean link angle."""
     total = 0.0
@@ -50,7 +51,7 @@ def first_angle(psi: float, phi: Any, n: int) -> float:
     return psi - total / n
 
 
-@jit  # type: ignore[misc]
+@jit
 def kinematics(links: Any, base: Any, phi: Any, dphi: Any, acc: Any, work: Any) -> None:
     """Link directions, positions and velocities about the centre of mass, and accelerations not due to unknowns.
 
@@ -121,9 +122,9 @@ def kinematics(links: Any, base: Any, phi: Any, dphi: Any, acc: Any, work: Any) 
         work[BY, i] -= by
 
 
-@jit  # type: ignore[misc]
+@jit
 def generalised_to_links(links: Any, k: Any, kphi: Any, work: Any) -> None:
-    """Link accelerations J k of generalised accelerations k = (w_x, w_y, psi) and kphi (n-1,), at this configuration."""
+    """Link accelerations J k of generalised accelerations: k of (w_x, w_y, psi), and kphi (n-1,)."""
     n = links.shape[1]
     alpha = first_angle(k[2], kphi, n)
     total = 0.0
@@ -152,7 +153,7 @@ def generalised_to_links(links: Any, k: Any, kphi: Any, work: Any) -> None:
         work[GY, i] += y
 
 
-@jit  # type: ignore[misc]
+@jit
 def sign_over_speed(v: float, eps: float) -> float:
     """tanh(v/eps)/v, finite at 0."""
     s = abs(v) / eps
@@ -161,12 +162,12 @@ def sign_over_speed(v: float, eps: float) -> float:
     return math.tanh(s) / (s * eps)
 
 
-@jit  # type: ignore[misc]
+@jit
 def solve(
     links: Any, slope_force: float, eps: float, gh: float, time_sign: float, memory: float,
     kind: Any, torque: Any, damping: Any, work: Any, k: Any, kphi: Any,
 ) -> None:  # fmt: skip
-    """Solve (M + gh K) k = forces, link by link. ``work`` holds the kinematics; leaves link accelerations in AX, AY, AA.
+    """Solve (M + gh K) k = forces, link by link, where ``work`` holds the kinematics.
 
     Args:
         slope_force: gravity along the slope over mass, m/s^2, along -x.
@@ -324,7 +325,7 @@ def solve(
             work[UU, i] += work[UX, i] * ax + work[UY, i] * ay + work[UA, i] * aa
         else:
             kphi[j] = (work[UU, i] - work[UX, i] * ax - work[UY, i] * ay - work[UA, i] * aa) * work[DINV, i]
-            work[UU, i] = torque[j]
+            work[UU, i] = torque[j] - damping[j] * kphi[j]
         aa += kphi[j]
         ax -= aa * work[SIN, i]
         ay += aa * work[COS, i]
@@ -341,19 +342,24 @@ def solve(
     k[2] = ma / n
 
 
-@jit  # type: ignore[misc]
+@jit
 def step(
     links: Any, slope_force: float, eps: float, h: float, kind: Any, base: Any, phi: Any, dphi: Any,
-    acc: Any, phi_end: Any, dphi_end: Any, acc_end: Any, torque: Any, torque_end: Any, damping: Any,
+    acc: Any, phi_end: Any, dphi_end: Any, acc_end: Any, torque: Any, stiffness: Any, damping: Any,
     work: Any, stage: Any, mean_torque: Any, power: Any,
 ) -> None:  # fmt: skip
     """One step of ROS2 in place: ``base`` (6,), ``phi`` and ``dphi`` (n-1,) move on by ``h``.
 
-    Prescribed joints go to ``phi_end``, ``dphi_end``; their accelerations are ``acc`` and ``acc_end`` at the two ends and
-    must be 0 elsewhere. ``torque``, ``torque_end``: on the other joints, at the two ends. ``mean_torque`` (n-1,) and
-    ``power`` (2,) come out: torques and power put in over the step, power lost to the ground at its start. The stages'
-    own reactions are used for that: the true torque at one instant jumps wherever a link passes through zero speed, and
-    its samples say little about the step.
+    A prescribed joint goes to ``phi_end``, ``dphi_end``; its accelerations are ``acc`` and ``acc_end`` at the two ends
+    (both 0 at other joints). On another joint acts ``torque``, plus ``stiffness`` and ``damping`` times its distance
+    from ``phi_end``, ``dphi_end``: a stiff servo is a joint like that, and is treated implicitly like the ground.
+
+    ``mean_torque`` (n-1,) and ``power`` (2,) come out: torques and power put in over the step, power lost to the ground
+    at its start. The reactions of the two stages are used for that: the true torque at one instant jumps wherever a
+    link passes through zero speed, and its samples say little about the step.
+
+    Args:
+        stage: scratch (STAGE_ROWS, max(6, n)).
     """
     n = links.shape[1]
     k1, k1phi, k2, k2phi, base2, phi2, dphi2 = (
@@ -365,13 +371,21 @@ def step(
         stage[5],
         stage[6],
     )
+    stage_torque, stage_damping = stage[STAGE_ROWS - 2], stage[STAGE_ROWS - 1]
     gh = GAMMA * h
+    for j in range(n - 1):
+        if kind[j] != PRESCRIBED:
+            rate_gap = dphi_end[j] - h * acc_end[j] - dphi[j]
+            gap = phi_end[j] - h * (dphi_end[j] - 0.5 * h * acc_end[j]) - phi[j]
+            spring = stiffness[j] * (gap + gh * rate_gap)
+            stage_torque[j] = torque[j] + spring + damping[j] * (rate_gap + gh * acc_end[j])
+            stage_damping[j] = gh * (damping[j] + gh * stiffness[j])
     kinematics(links, base, phi, dphi, acc, work)
-    solve(links, slope_force, eps, gh, 1.0, 0.0, kind, torque, damping, work, k1, k1phi)
+    solve(links, slope_force, eps, gh, 1.0, 0.0, kind, stage_torque, stage_damping, work, k1, k1phi)
     power[0] = 0.0
     power[1] = dissipation(n, work)
     for a in range(3):
-        base2[a] = base[a] + h * base[a + 3]
+        base2[a] = base[a] + h * (base[a + 3] + gh * k1[a])
         base2[a + 3] = base[a + 3] + h * k1[a]
     for j in range(n - 1):
         mean_torque[j] = 0.5 * work[UU, j + 1]
@@ -380,26 +394,29 @@ def step(
             phi2[j] = phi_end[j]
             dphi2[j] = dphi_end[j]
         else:
-            phi2[j] = phi[j] + h * dphi[j]
+            phi2[j] = phi[j] + h * (dphi[j] + gh * k1phi[j])
             dphi2[j] = dphi[j] + h * k1phi[j]
+            rate_gap = dphi_end[j] + dphi2[j] - 2.0 * (dphi[j] + gh * k1phi[j])
+            spring = stiffness[j] * (phi_end[j] - phi2[j] - gh * rate_gap)
+            stage_torque[j] = torque[j] + spring + damping[j] * (dphi_end[j] - dphi2[j] - gh * acc_end[j])
     kinematics(links, base2, phi2, dphi2, acc_end, work)
     generalised_to_links(links, k1, k1phi, work)
-    solve(links, slope_force, eps, gh, -1.0, 2.0, kind, torque_end, damping, work, k2, k2phi)
+    solve(links, slope_force, eps, gh, -1.0, 2.0, kind, stage_torque, stage_damping, work, k2, k2phi)
     for a in range(3):
-        base[a] += h * base[a + 3] + 0.5 * h * h * k1[a]
+        base[a] += h * (base[a + 3] + 0.5 * h * ((1.0 + GAMMA) * k1[a] + GAMMA * k2[a]))
         base[a + 3] += h * (1.5 * k1[a] + 0.5 * k2[a])
     for j in range(n - 1):
         if kind[j] == PRESCRIBED:
             phi[j] = phi_end[j]
             dphi[j] = dphi_end[j]
         else:
-            phi[j] += h * dphi[j] + 0.5 * h * h * k1phi[j]
+            phi[j] += h * (dphi[j] + 0.5 * h * ((1.0 + GAMMA) * k1phi[j] + GAMMA * k2phi[j]))
             dphi[j] += h * (1.5 * k1phi[j] + 0.5 * k2phi[j])
         mean_torque[j] += 0.5 * work[UU, j + 1]
         power[0] += 0.5 * work[UU, j + 1] * dphi[j]
 
 
-@jit  # type: ignore[misc]
+@jit
 def dissipation(n: int, work: Any) -> float:
     """Power that the links lose to the ground, W, at the state of the last ``solve``."""
     lost = 0.0
@@ -408,7 +425,7 @@ def dissipation(n: int, work: Any) -> float:
     return lost
 
 
-@jit  # type: ignore[misc]
+@jit
 def workspace(links: int) -> tuple[Any, Any]:
     """Scratch of one chain: ``work`` and ``stage``."""
-    return np.zeros((WORK_ROWS, links)), np.zeros((12, max(6, links)))
+    return np.zeros((WORK_ROWS, links)), np.zeros((STAGE_ROWS, max(6, links)))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Vector = npt.NDArray[np.float64]
 
 STANDARD_GRAVITY_M_S2 = 9.80665
-DEFAULT_EPS_M_S = 5e-4
+DEFAULT_EPS_M_S = 1e-3
 MIN_LINKS, MAX_LINKS = 2, 32
 
 
@@ -133,8 +133,8 @@ class ChainModel:
     def rotational_drag(self) -> Vector:
         """Friction torque over angular speed of each link, N m s.
 
-        The printed c_n J / m (11)-(12) is the integral of c_n s^2 / (2 l) over the length of a uniform link: c_n l^2 / 3.
-        In this form a payload, which presses on no more of the ground than before, does not change it.
+        The printed c_n J / m (11)-(12) is the integral of c_n s^2 / (2 l) over the length of a uniform link,
+        c_n l^2 / 3. In this form a payload does not change it.
         """
         drag: Vector = self.contact * self.cn * self.half_length**2 / 3
         return drag

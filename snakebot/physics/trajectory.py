@@ -42,20 +42,29 @@ class Trajectory:
     power_in_w: Vector
     power_dissipated_w: Vector
 
-    def forward_speed_m_s(self, from_s: float = -math.inf, to_s: float = math.inf) -> float:
-        """Mean velocity of the centre of mass over a span of time, along the mean heading over that span.
+    def speed_m_s(self, from_s: float = -math.inf, to_s: float = math.inf) -> float:
+        """Way of the centre of mass over a span of time, over its length.
 
         Raises:
             BadInputError: the span holds fewer than two samples.
         """
-        rows = np.flatnonzero((self.t_s >= from_s) & (self.t_s <= to_s))
-        if rows.size < 2:
-            raise BadInputError(f"physics: no motion between {from_s} s and {to_s} s to take a speed from")
-        a, b = rows[0], rows[-1]
+        a, b = self._span(from_s, to_s)
+        way = self.com_m[b] - self.com_m[a]
+        return float(np.hypot(*way) / (self.t_s[b] - self.t_s[a]))
+
+    def forward_speed_m_s(self, from_s: float = -math.inf, to_s: float = math.inf) -> float:
+        """The same way along the mean heading over that span: negative where the robot goes backwards."""
+        a, b = self._span(from_s, to_s)
         span = self.t_s[b] - self.t_s[a]
         heading = np.trapezoid(self.heading_rad[a : b + 1], self.t_s[a : b + 1]) / span
         way = self.com_m[b] - self.com_m[a]
         return float((way[0] * math.cos(heading) + way[1] * math.sin(heading)) / span)
+
+    def _span(self, from_s: float, to_s: float) -> tuple[int, int]:
+        rows = np.flatnonzero((self.t_s >= from_s) & (self.t_s <= to_s))
+        if rows.size < 2:
+            raise BadInputError(f"physics: no motion between {from_s} s and {to_s} s to take a speed from")
+        return int(rows[0]), int(rows[-1])
 
 
 def replay(
@@ -114,7 +123,7 @@ def replay(
     )  # fmt: skip
 
 
-@jit  # type: ignore[misc]
+@jit
 def _hermite(u: float, h: float, a: Any, b: Any, da: Any, db: Any, phi: Any, dphi: Any, acc: Any) -> None:
     for j in range(a.size):
         step = b[j] - a[j]
@@ -125,7 +134,7 @@ def _hermite(u: float, h: float, a: Any, b: Any, da: Any, db: Any, phi: Any, dph
         acc[j] = (2 * c2 + 6 * u * c3) / (h * h)
 
 
-@jit  # type: ignore[misc]
+@jit
 def _replay(
     links: Any, slope: float, eps: float, t: Any, angle: Any, rate: Any, max_step: float, base: Any, torque: Any,
     power: Any,
@@ -139,7 +148,7 @@ def _replay(
     nothing, mean_torque, part_power = np.zeros(n - 1), np.zeros(n - 1), np.zeros(2)
     for i in range(1, t.size):
         span = t[i] - t[i - 1]
-        parts = int(math.ceil(span / max_step * (1 - 1e-9)))
+        parts = math.ceil(span / max_step * (1 - 1e-9))
         _hermite(0.0, span, angle[i - 1], angle[i], rate[i - 1], rate[i], phi, dphi, acc)
         for part in range(parts):
             u = (part + 1) / parts

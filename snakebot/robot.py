@@ -123,6 +123,8 @@ class Robot(_Model):
             links = flat.get("links")
             if isinstance(links, int) and data.setdefault("joints", links - 1) != links - 1:
                 raise ValueError(f"joints is {data['joints']}, but {links} links have {links - 1}")
+            if not (isinstance(links, int) and 2 <= links <= MAX_LINKS):
+                data["joints"] = 1  # the fault is the number of links: let that be the one that is reported
         elif "joints" not in data:
             raise ValueError("needs either 'links' with a body, or 'joints' for a bench without one")
         return data

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -50,7 +51,9 @@ def _joints(progress: Progress, angle_limit_rad: Sequence[float]) -> Table:
     for name in ("joint", "set deg", "measured", "", "TE"):
         table.add_column(name, justify="left" if name == "" else "right")
     errors = progress.tracking.error
-    for joint, (wanted, measured) in enumerate(zip(progress.setpoint_rad, progress.measured_rad, strict=True)):
+    for joint, (wanted, measured) in enumerate(
+        zip(progress.setpoint_rad, progress.measured_rad, strict=True)
+    ):
         table.add_row(
             str(joint + 1),
             f"{math.degrees(wanted):7.2f}",
@@ -100,7 +103,7 @@ def draw_snake(joint_angle_rad: Sequence[float], heading_rad: float) -> str:
     columns, rows = _CANVAS
     scale = min(2 * columns, 4 * rows * 1.6) / (len(angles) + 0.5)
     dots = [[0] * columns for _ in range(rows)]
-    for (x0, y0), (x1, y1) in zip(points, points[1:], strict=False):
+    for (x0, y0), (x1, y1) in itertools.pairwise(points):
         for step in range(41):
             share = step / 40
             px = round(columns + scale * (x0 + share * (x1 - x0) - mean_x))

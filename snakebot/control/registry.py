@@ -41,7 +41,7 @@ def _started(pid: int) -> str | None:
 
 @contextlib.contextmanager
 def registered(port: str) -> Iterator[None]:
-    """Make this process's run known while it lasts. A file that cannot be written costs the stop by name, not the run."""
+    """Make this process's run known while it lasts. Where no file can be written the run goes on without."""
     path = _folder() / f"{os.getpid()}.json"
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)

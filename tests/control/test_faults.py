@@ -30,7 +30,8 @@ def test_faults_are_understood(text: str, expected: JointFault) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "free", "rigid", "free:0", "free:6", "free:3+", "stuck:3", "free:3=20", "rigid:3@-1", "rigid:3=400"]
+    "text",
+    ["", "free", "rigid", "free:0", "free:6", "free:3+", "stuck:3", "free:3=20", "rigid:3@-1", "rigid:3=400"],
 )
 def test_what_is_not_understood_is_named_with_an_example(text: str) -> None:
     with pytest.raises(BadInputError, match="--fault"):

@@ -204,6 +204,9 @@ def test_nothing_executed_breaks_a_limit(
         v = (position - at) / dt
         assert abs(position) <= angle + 1e-9
         assert abs(v) <= speed + WIRE_STEP_RAD / dt + 1e-6
-        assert abs(v - v_before) <= acceleration * dt + 2 * WIRE_STEP_RAD / dt + 1e-6 or abs(position) >= angle - 1e-9
+        assert (
+            abs(v - v_before) <= acceleration * dt + 2 * WIRE_STEP_RAD / dt + 1e-6
+            or abs(position) >= angle - 1e-9
+        )
         at, v_before = position, v
     assert executed_time <= now + CREDIT_SLACK_S + 1e-9  # a burst cannot make time

@@ -35,7 +35,7 @@ PRESCRIBED, TORQUE, FREE = 0, 1, 2
     AX, AY, AA, PIN, PDIS, FX, FY, FA,
 ) = range(35)  # fmt: skip
 WORK_ROWS = 35
-STAGE_ROWS = 16  # 7 to 13 are for the caller of ``step``
+STAGE_ROWS = 18  # 7 to 13 are for the caller of ``step``
 
 # Two-stage Rosenbrock method of second order for any approximation of the Jacobian, L-stable for this gamma with the
 # exact one (Verwer, Spee, Blom & Hundsdorfer, SIAM J. Sci. Comput. 20(4), 1999: ROS2).
@@ -350,9 +350,9 @@ def step(
 ) -> None:  # fmt: skip
     """One step of ROS2 in place: ``base`` (6,), ``phi`` and ``dphi`` (n-1,) move on by ``h``.
 
-    A prescribed joint goes to ``phi_end``, ``dphi_end``; its accelerations are ``acc`` and ``acc_end`` at the two ends
-    (both 0 at other joints). On another joint acts ``torque``, plus ``stiffness`` and ``damping`` times its distance
-    from ``phi_end``, ``dphi_end``: a stiff servo is a joint like that, and is treated implicitly like the ground.
+    A prescribed joint goes to ``phi_end``, ``dphi_end``; its accelerations are ``acc`` and ``acc_end`` at the two ends.
+    On another joint acts ``torque``, plus ``stiffness`` and ``damping`` times its distance from a reference that gets to
+    ``phi_end``, ``dphi_end``, ``acc_end``: a stiff servo is a joint like that, treated implicitly like the ground.
 
     ``mean_torque`` (n-1,) and ``power`` (2,) come out: torques and power put in over the step, power lost to the ground
     at its start. The reactions of the two stages are used for that: the true torque at one instant jumps wherever a
@@ -372,15 +372,20 @@ def step(
         stage[6],
     )
     stage_torque, stage_damping = stage[STAGE_ROWS - 2], stage[STAGE_ROWS - 1]
+    known, known_end = stage[STAGE_ROWS - 4], stage[STAGE_ROWS - 3]
     gh = GAMMA * h
     for j in range(n - 1):
-        if kind[j] != PRESCRIBED:
+        if kind[j] == PRESCRIBED:
+            known[j] = acc[j]
+            known_end[j] = acc_end[j]
+        else:
+            known[j] = known_end[j] = 0.0
             rate_gap = dphi_end[j] - h * acc_end[j] - dphi[j]
             gap = phi_end[j] - h * (dphi_end[j] - 0.5 * h * acc_end[j]) - phi[j]
             spring = stiffness[j] * (gap + gh * rate_gap)
             stage_torque[j] = torque[j] + spring + damping[j] * (rate_gap + gh * acc_end[j])
             stage_damping[j] = gh * (damping[j] + gh * stiffness[j])
-    kinematics(links, base, phi, dphi, acc, work)
+    kinematics(links, base, phi, dphi, known, work)
     solve(links, slope_force, eps, gh, 1.0, 0.0, kind, stage_torque, stage_damping, work, k1, k1phi)
     power[0] = 0.0
     power[1] = dissipation(n, work)
@@ -399,7 +404,7 @@ def step(
             rate_gap = dphi_end[j] + dphi2[j] - 2.0 * (dphi[j] + gh * k1phi[j])
             spring = stiffness[j] * (phi_end[j] - phi2[j] - gh * rate_gap)
             stage_torque[j] = torque[j] + spring + damping[j] * (dphi_end[j] - dphi2[j] - gh * acc_end[j])
-    kinematics(links, base2, phi2, dphi2, acc_end, work)
+    kinematics(links, base2, phi2, dphi2, known_end, work)
     generalised_to_links(links, k1, k1phi, work)
     solve(links, slope_force, eps, gh, -1.0, 2.0, kind, stage_torque, stage_damping, work, k2, k2phi)
     for a in range(3):

@@ -204,8 +204,7 @@ def _assemble(
     pose = poses.array()
     link_t_s, counters = link.columns()
     telemetry_t_s, readings = telemetry.columns()
-    _warn(container.path, problems)
-    return RunLog(
+    log = RunLog(
         path=container.path,
         robot=robot,
         metadata=metadata,
@@ -235,6 +234,8 @@ def _assemble(
             for row in rows[FRAMES.topic]
         ),
     )
+    _warn(container.path, problems)
+    return log
 
 
 def _warn(path: Path, problems: list[str]) -> None:
@@ -258,7 +259,9 @@ def _robot(
     else:
         problems.append("the robot's description is missing")
         vectors = joints.parts.get("setpoint_rad")
-        description = {"joints": vectors[0].shape[1] if vectors else metadata.get("joints", 1)}
+        if not vectors and "joints" not in metadata:
+            raise LogError(f"{path}: too damaged: neither the robot's description nor a tick is left")
+        description = {"joints": vectors[0].shape[1] if vectors else metadata["joints"]}
     try:
         return robot_from_mapping(description, where)
     except BadInputError as error:

@@ -148,7 +148,9 @@ def _play(output: float, centre: float, half_width: float) -> float:
 
 
 @jit  # type: ignore[misc]
-def _motor(x: float, v: float, p: Any, target: float, load: float, t: float, dt: float) -> tuple[float, float]:
+def _motor(
+    x: float, v: float, p: Any, target: float, load: float, t: float, dt: float
+) -> tuple[float, float]:
     """Angle and rate of the motor after a step towards ``target``."""
     error = target - x
     band = p[DEADBAND_RAD]

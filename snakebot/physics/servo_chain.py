@@ -35,7 +35,9 @@ TIME_GRAIN_S = 1e-9  # steps shorter than this are none
 class _Body:
     """The state of one chain inside the loop; of none where ``model`` is None."""
 
-    def __init__(self, model: ChainModel | None, angle_rad: Vector, pose: npt.ArrayLike = (0.0, 0.0, 0.0)) -> None:
+    def __init__(
+        self, model: ChainModel | None, angle_rad: Vector, pose: npt.ArrayLike = (0.0, 0.0, 0.0)
+    ) -> None:
         k = 0 if model is None else model.joints
         self.rows = np.zeros((8, 0)) if model is None else model.packed
         self.slope = 0.0 if model is None else STANDARD_GRAVITY_M_S2 * math.sin(model.slope_rad)

@@ -82,6 +82,14 @@ def state_at_rest(angle_rad: npt.ArrayLike) -> Rows:
     return state
 
 
+def rest_angle_rad(parameters: Rows, setpoint_rad: npt.ArrayLike) -> Rows:
+    """(joints,) where the joints stand when a set-point has been held for long and nothing loads them."""
+    setpoint = np.broadcast_to(np.asarray(setpoint_rad, dtype=np.float64), (parameters.shape[0],))
+    driven = setpoint[parameters[:, SOURCE].astype(np.int64)]
+    angle: Rows = parameters[:, GAIN] * parameters[:, SIGN] * driven + parameters[:, OFFSET_RAD]
+    return np.where(parameters[:, LOCKED] == RIGID_JOINT, parameters[:, LOCK_RAD], angle)
+
+
 def feels_load(parameters: Rows) -> bool:
     """Whether any joint's motion depends on the torque that it bears."""
     return bool(

@@ -1,0 +1,72 @@
+"""Unmodelled effects, each once: the simulated board injects them, the diagnosis fits them, a robot may be said to have them.
+
+``parse_effect`` and ``EffectSpec`` are the words, ``Plant`` is the robot in real time, ``predict`` and ``assemble`` are whole
+runs for a fit. Names load on first use.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from snakebot.effects.effect import Effect, LinkFilter, SensorFilter, Stage, Track
+    from snakebot.effects.observed import Observed
+    from snakebot.effects.parameter import Parameter
+    from snakebot.effects.plant import Plant, Pose
+    from snakebot.effects.prediction import Prediction, predict
+    from snakebot.effects.registry import effects, find_effect
+    from snakebot.effects.spec import EffectSpec, load_effect_set, parse_effect, parse_effects, robot_effects
+    from snakebot.effects.stages import Stages, assemble
+
+_HOME = {
+    "Effect": "effect",
+    "EffectSpec": "spec",
+    "LinkFilter": "effect",
+    "Observed": "observed",
+    "Parameter": "parameter",
+    "Plant": "plant",
+    "Pose": "plant",
+    "Prediction": "prediction",
+    "SensorFilter": "effect",
+    "Stage": "effect",
+    "Stages": "stages",
+    "Track": "effect",
+    "assemble": "stages",
+    "effects": "registry",
+    "find_effect": "registry",
+    "load_effect_set": "spec",
+    "parse_effect": "spec",
+    "parse_effects": "spec",
+    "predict": "prediction",
+    "robot_effects": "spec",
+}
+
+__all__ = [
+    "Effect",
+    "EffectSpec",
+    "LinkFilter",
+    "Observed",
+    "Parameter",
+    "Plant",
+    "Pose",
+    "Prediction",
+    "SensorFilter",
+    "Stage",
+    "Stages",
+    "Track",
+    "assemble",
+    "effects",
+    "find_effect",
+    "load_effect_set",
+    "parse_effect",
+    "parse_effects",
+    "predict",
+    "robot_effects",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -1,0 +1,42 @@
+"""Play in the gears."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from snakebot.effects.effect import Effect
+from snakebot.effects.parameter import Parameter
+from snakebot.physics import servo_layout as layout
+
+if TYPE_CHECKING:
+    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.observed import Observed
+    from snakebot.effects.spec import EffectSpec
+    from snakebot.robot import Robot
+
+
+class Backlash(Effect):
+    name = "backlash"
+    stage = "servo"
+    summary = "The output follows the motor only after the play is taken up."
+    mark = (
+        "After each reversal the joint stands still until the motor has crossed the full play; "
+        "the same width at all speeds."
+    )
+    confused_with = (
+        ("deadband", "the same loop on command and angle"),
+        ("joint_friction", "the same loop; its width changes with load"),
+    )
+    parameters = (Parameter("width_deg", "deg", 0.0, 40.0, "full play", typical=3.0, spread=4.0),)
+
+    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+        rows[joints, layout.BACKLASH_RAD] = math.radians(spec.value("width_deg"))
+
+    def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
+        amplitude = math.degrees(observed.over(observed.amplitude_rad, joints, 0.1))
+        rest = math.degrees(observed.over(observed.residual_rms_rad, joints, 0.02))
+        return [{"width_deg": self.parameters[0].clip(2 * min(max(rest, 0.3), 0.3 * max(amplitude, 0.3)))}]
+
+
+EFFECT = Backlash()

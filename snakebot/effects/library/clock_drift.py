@@ -1,0 +1,60 @@
+"""Two clocks that do not agree."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from snakebot.effects.effect import Effect
+from snakebot.effects.parameter import Parameter
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from snakebot.effects.effect import Start, Track, Vector
+    from snakebot.effects.observed import Observed
+    from snakebot.effects.spec import EffectSpec
+    from snakebot.robot import Robot
+
+
+class Drift:
+    """A link filter whose delay grows from the first set-point on. On a board a delay cannot be negative; in a log it can."""
+
+    def __init__(self, rate: float) -> None:
+        self._rate = rate
+        self._start_s: float | None = None
+
+    def online(self, t_s: float, setpoint_rad: Vector, rng: np.random.Generator) -> tuple[float, Vector]:
+        if self._start_s is None:
+            self._start_s = t_s
+        return t_s + self._rate * (t_s - self._start_s), setpoint_rad
+
+    def batch(self, track: Track) -> Track:
+        return replace(track, time_s=track.time_s + self._rate * (track.time_s - track.time_s[0]))
+
+
+class ClockDrift(Effect):
+    name = "clock_drift"
+    stage = "link"
+    summary = "The board plays set-points by a clock of its own that is slower than the host's."
+    mark = (
+        "A delay that is nothing at the start and grows steadily through the run, the same in "
+        "seconds on all joints."
+    )
+    confused_with = (("command_delay", "a run that is longer, or its first and last seconds apart"),)
+    per_joint = False
+    parameters = (
+        Parameter(
+            "ppm", "ppm", -20000.0, 20000.0, "delay gained a second, in us", typical=0.0, spread=2000.0
+        ),
+    )
+
+    def link_filter(self, spec: EffectSpec, robot: Robot) -> Drift:
+        return Drift(spec.value("ppm") * 1e-6)
+
+    def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
+        # half a sample at the end of the longest run: less would be lost in the noise
+        return [{"ppm": self.parameters[0].clip(0.5e6 * observed.sample_s / observed.duration_s)}]
+
+
+EFFECT = ClockDrift()

@@ -1,0 +1,42 @@
+"""A joint that moves more or less than it is told."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from snakebot.effects.effect import Effect
+from snakebot.effects.parameter import Parameter
+from snakebot.physics import servo_layout as layout
+
+if TYPE_CHECKING:
+    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.observed import Observed
+    from snakebot.effects.spec import EffectSpec
+    from snakebot.robot import Robot
+
+
+class CommandGain(Effect):
+    name = "command_gain"
+    stage = "servo"
+    summary = "The joint really moves gain times its set-point."
+    mark = (
+        "Amplitude off by the same factor at all frequencies, no phase lag; with a pose or speed "
+        "the body shows it too."
+    )
+    confused_with = (
+        ("encoder_gain", "only the reading is off: the motion over ground tells"),
+        ("servo_lag", "at one frequency; a slower gait tells"),
+    )
+    parameters = (
+        Parameter("gain", "", 0.2, 3.0, "joint angle over set-point", typical=1.0, spread=0.1, scale="log"),
+    )
+
+    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+        rows[joints, layout.GAIN] = spec.value("gain")
+
+    def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
+        gain = self.parameters[0].clip(observed.over(observed.gain, joints, 1.0))
+        return [{"gain": gain if abs(gain - 1) > 0.02 else 0.95}]
+
+
+EFFECT = CommandGain()

@@ -1,0 +1,60 @@
+"""A stiff joint on a soft position loop."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from snakebot.effects.effect import Effect
+from snakebot.effects.parameter import Parameter
+from snakebot.physics import servo_layout as layout
+
+if TYPE_CHECKING:
+    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.observed import Observed
+    from snakebot.effects.spec import EffectSpec
+    from snakebot.robot import Robot
+
+
+class JointFriction(Effect):
+    name = "joint_friction"
+    stage = "servo"
+    summary = "Dry friction in the joint against the finite stiffness of the servo's position loop, which also sags under load."
+    mark = (
+        "Stick after each reversal until the set-point has moved on by 2 coulomb / stiffness; "
+        "sag by load / stiffness."
+    )
+    confused_with = (
+        ("deadband", "the same loop without the sag"),
+        ("backlash", "the same loop without the sag"),
+        ("compliance", "the sag without the loop"),
+    )
+    parameters = (
+        Parameter("coulomb_nm", "N m", 0.0, 50.0, "dry friction", typical=0.2, spread=0.3),
+        Parameter(
+            "stiffness_nm_rad",
+            "N m/rad",
+            0.1,
+            2000.0,
+            "of the position loop",
+            typical=10.0,
+            spread=1.0,
+            scale="log",
+        ),
+    )
+
+    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+        rows[joints, layout.COULOMB_NM] = spec.value("coulomb_nm")
+        rows[joints, layout.LOOP_COMPLIANCE_RAD_NM] = 1.0 / spec.value("stiffness_nm_rad")
+
+    def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
+        rest = min(
+            max(observed.over(observed.residual_rms_rad, joints, 0.02), 0.005),
+            0.3 * max(observed.over(observed.amplitude_rad, joints, 0.1), 0.01),
+        )
+        load = observed.over(observed.peak_load_nm, joints, 0.5)
+        friction, stiffness = self.parameters
+        stiff = stiffness.clip(load / rest)
+        return [{"coulomb_nm": friction.clip(rest * stiff), "stiffness_nm_rad": stiff}]
+
+
+EFFECT = JointFriction()

@@ -1,0 +1,43 @@
+"""A servo that can only turn so fast."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from snakebot.effects.effect import Effect
+from snakebot.effects.parameter import Parameter
+from snakebot.physics import servo_layout as layout
+
+if TYPE_CHECKING:
+    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.observed import Observed
+    from snakebot.effects.spec import EffectSpec
+    from snakebot.robot import Robot
+
+
+class RateLimit(Effect):
+    name = "rate_limit"
+    stage = "servo"
+    summary = "The joint's speed is limited."
+    mark = (
+        "Fast motions become triangles of one slope: amplitude falls as amplitude times "
+        "frequency grows, slow gaits are untouched."
+    )
+    confused_with = (
+        ("voltage_sag", "the limit falls through the run"),
+        ("torque_limit", "the limit depends on load"),
+    )
+    parameters = (
+        Parameter("limit_rad_s", "rad/s", 0.05, 50.0, "either way", typical=2.0, spread=0.8, scale="log"),
+    )
+
+    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+        rows[joints, layout.RATE_LIMIT_RAD_S] = spec.value("limit_rad_s")
+
+    def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
+        # above the fastest motion seen the objective is flat, and a fit would never move
+        peak = observed.over(observed.peak_rate_rad_s, joints, 1.0)
+        return [{"limit_rad_s": self.parameters[0].clip(share * peak)} for share in (0.6, 0.95)]
+
+
+EFFECT = RateLimit()

@@ -1,0 +1,49 @@
+"""A servo with inertia."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from snakebot.effects.effect import Effect
+from snakebot.effects.parameter import Parameter
+from snakebot.physics import servo_layout as layout
+
+if TYPE_CHECKING:
+    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.observed import Observed
+    from snakebot.effects.spec import EffectSpec
+    from snakebot.robot import Robot
+
+
+class SecondOrder(Effect):
+    name = "second_order"
+    stage = "servo"
+    summary = "The servo answers as a second-order system instead of a first-order lag."
+    mark = "Overshoot and ringing where damping is below 0.7; phase lag beyond 90 degrees at high frequency."
+    confused_with = (
+        ("servo_lag", "at high damping it is a lag; a step or a chirp tells"),
+        ("command_delay", "at low frequencies: 2 zeta / omega_n of delay"),
+    )
+    parameters = (
+        Parameter(
+            "natural_freq_rad_s", "rad/s", 2.0, 500.0, "undamped", typical=30.0, spread=0.8, scale="log"
+        ),
+        Parameter("damping_ratio", "", 0.02, 5.0, "1: critical", typical=0.8, spread=0.5, scale="log"),
+    )
+
+    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+        # A servo_lag given as well is applied after this one, and is then a filter in front of it.
+        rows[joints, layout.TIME_CONSTANT_S] = 0.0
+        rows[joints, layout.NATURAL_FREQ_RAD_S] = spec.value("natural_freq_rad_s")
+        rows[joints, layout.DAMPING_RATIO] = spec.value("damping_ratio")
+
+    def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
+        lag = max(observed.over(observed.lag_s, joints, 0.03), 0.01)
+        frequency, _ = self.parameters
+        return [
+            {"natural_freq_rad_s": frequency.clip(2 * damping / lag), "damping_ratio": damping}
+            for damping in (0.8, 0.3)
+        ]
+
+
+EFFECT = SecondOrder()

@@ -1,0 +1,45 @@
+"""A servo that is not strong enough."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from snakebot.effects.effect import Effect
+from snakebot.effects.parameter import Parameter
+from snakebot.physics import servo_layout as layout
+
+if TYPE_CHECKING:
+    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.observed import Observed
+    from snakebot.effects.spec import EffectSpec
+    from snakebot.robot import Robot
+
+
+class TorqueLimit(Effect):
+    name = "torque_limit"
+    stage = "servo"
+    summary = "The servo's torque is limited: under more load than that the joint falls behind."
+    mark = (
+        "The joint lags where load and acceleration are high and follows where they are low; "
+        "lifted off the ground it is gone."
+    )
+    confused_with = (
+        ("rate_limit", "depends on speed, not on load: lift the robot, or load it"),
+        ("voltage_sag", "load slows the motion below the limit too"),
+    )
+    parameters = (
+        Parameter("limit_nm", "N m", 0.005, 500.0, "either way", typical=0.5, spread=1.0, scale="log"),
+    )
+
+    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+        rows[joints, layout.TORQUE_LIMIT_NM] = spec.value("limit_nm")
+
+    def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
+        peak = observed.over(observed.peak_load_nm, joints, 1.0)
+        return [{"limit_nm": self.parameters[0].clip(share * peak)} for share in (0.6, 0.9)]
+
+    def applies_to(self, robot: Robot) -> bool:
+        return robot.body is not None or "arm" in (robot.servo.model_extra or {})
+
+
+EFFECT = TorqueLimit()

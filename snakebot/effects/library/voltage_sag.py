@@ -1,0 +1,71 @@
+"""A supply that gives way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from snakebot.effects.effect import Effect
+from snakebot.effects.parameter import Parameter
+from snakebot.physics import servo_layout as layout
+
+if TYPE_CHECKING:
+    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.observed import Observed
+    from snakebot.effects.spec import EffectSpec
+    from snakebot.robot import Robot
+
+
+class VoltageSag(Effect):
+    name = "voltage_sag"
+    stage = "servo"
+    summary = "The servo's speed limit falls as the run goes on, or as load rises."
+    mark = (
+        "As a rate limit, but later cycles are slower than earlier ones, or motion against the "
+        "load slower than with it."
+    )
+    confused_with = (
+        ("rate_limit", "nothing changes through the run"),
+        ("torque_limit", "below the limit the load does not show"),
+    )
+    parameters = (
+        Parameter(
+            "initial_rad_s", "rad/s", 0.05, 50.0, "limit at the start", typical=3.0, spread=0.8, scale="log"
+        ),
+        Parameter(
+            "drop_per_s",
+            "1/s",
+            0.0,
+            1.0,
+            "share of the limit lost a second: limit = initial exp(-drop t)",
+            0.02,
+            0.03,
+        ),
+        Parameter(
+            "drop_per_nm",
+            "1/(N m)",
+            0.0,
+            100.0,
+            "share lost for each N m that opposes the motion",
+            0.1,
+            0.5,
+            default=0.0,
+            fitted=False,
+        ),
+    )
+
+    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+        rows[joints, layout.RATE_LIMIT_RAD_S] = spec.value("initial_rad_s")
+        rows[joints, layout.RATE_DROP_PER_S] = spec.value("drop_per_s")
+        rows[joints, layout.RATE_DROP_PER_NM] = spec.value("drop_per_nm")
+
+    def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
+        peak = observed.over(observed.peak_rate_rad_s, joints, 1.0)
+        limit, drop, _ = self.parameters
+        # one limit falls to half in the longest run, the other to four fifths
+        return [
+            {"initial_rad_s": limit.clip(share * peak), "drop_per_s": drop.clip(fall / observed.duration_s)}
+            for share, fall in ((0.9, 0.7), (0.7, 0.2))
+        ]
+
+
+EFFECT = VoltageSag()

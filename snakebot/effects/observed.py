@@ -1,0 +1,168 @@
+"""What a fit knows of the data before it begins: figures that put each effect's start into its active range."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from snakebot.robot import Robot
+
+Vector = npt.NDArray[np.float64]
+
+_RATE_WINDOW_S = 0.03  # shorter differences see the encoder's counts, not the motion
+
+
+class RunLike(Protocol):
+    """Any run of the log or of a session folder."""
+
+    @property
+    def t_s(self) -> Vector: ...
+    @property
+    def command_rad(self) -> Vector: ...
+    @property
+    def measured_rad(self) -> Vector: ...
+
+
+class Observed:
+    """Figures over all runs, an array of (joints,) each unless said otherwise. NaN where the data say nothing."""
+
+    def __init__(self, robot: Robot, runs: Sequence[RunLike]) -> None:
+        self.robot = robot
+        self.runs = tuple(runs)
+
+    @cached_property
+    def duration_s(self) -> float:
+        """Of the longest run."""
+        return max(float(run.t_s[-1] - run.t_s[0]) for run in self.runs)
+
+    @cached_property
+    def sample_s(self) -> float:
+        """Median time between samples."""
+        return float(np.median(np.concatenate([np.diff(run.t_s) for run in self.runs])))
+
+    @cached_property
+    def peak_rate_rad_s(self) -> Vector:
+        """Nearly the fastest that each joint was seen to move."""
+        return _pooled(self._rates(), lambda rate: np.nanquantile(np.abs(rate), 0.98))
+
+    @cached_property
+    def amplitude_rad(self) -> Vector:
+        """Half the range of motion, but for a per cent at each end."""
+        return _pooled(
+            [r.measured_rad for r in self.runs],
+            lambda a: (np.nanquantile(a, 0.99) - np.nanquantile(a, 0.01)) / 2,
+        )
+
+    @cached_property
+    def error_rms_rad(self) -> Vector:
+        """Of measured against commanded angles."""
+        return _pooled(
+            [r.measured_rad - r.command_rad for r in self.runs], lambda e: np.sqrt(np.nanmean(e**2))
+        )
+
+    @cached_property
+    def median_rad(self) -> Vector:
+        """Median of the measured angles."""
+        return _pooled([r.measured_rad for r in self.runs], np.nanmedian)
+
+    @cached_property
+    def lag_s(self) -> Vector:
+        """Delay that best turns the command into the measured angle: first-order estimate, per joint."""
+        return self._line[:, 2]
+
+    @cached_property
+    def gain(self) -> Vector:
+        """Slope of measured angle against command, the lag taken out."""
+        return self._line[:, 0]
+
+    @cached_property
+    def offset_rad(self) -> Vector:
+        """Measured angle at command 0, the lag taken out."""
+        return self._line[:, 1]
+
+    @cached_property
+    def residual_rms_rad(self) -> Vector:
+        """What gain, offset and lag leave of the error."""
+        return self._line[:, 3]
+
+    @cached_property
+    def correlation(self) -> Vector:
+        """(joints, joints): of measured angle i with command j."""
+        joints = self.robot.joints
+        table = np.zeros((joints, joints))
+        for i in range(joints):
+            for j in range(joints):
+                pairs = [_paired(r.command_rad[:, j], r.measured_rad[:, i]) for r in self.runs]
+                c, m = np.concatenate([p[0] for p in pairs]), np.concatenate([p[1] for p in pairs])
+                if c.size > 2 and c.std() > 0 and m.std() > 0:
+                    table[i, j] = np.corrcoef(c, m)[0, 1]
+        return table
+
+    @cached_property
+    def peak_load_nm(self) -> Vector:
+        """Nearly the largest torque that each joint bore, from the model; NaN without a body or an arm."""
+        from snakebot.effects.stages import assemble
+
+        stages = assemble(self.robot, ())
+        loads = []
+        for run in self.runs:
+            torque = stages.torque_of(run.t_s, run.measured_rad)
+            if torque is None:
+                return np.full(self.robot.joints, np.nan)
+            loads.append(torque)
+        return _pooled(loads, lambda load: np.nanquantile(np.abs(load), 0.98))
+
+    def _rates(self) -> list[Vector]:
+        rates = []
+        for run in self.runs:
+            reach = max(1, round(_RATE_WINDOW_S / max(float(np.median(np.diff(run.t_s))), 1e-6) / 2))
+            dt = run.t_s[2 * reach :] - run.t_s[: -2 * reach]
+            rates.append((run.measured_rad[2 * reach :] - run.measured_rad[: -2 * reach]) / dt[:, None])
+        return rates
+
+    @cached_property
+    def _line(self) -> Vector:
+        """Least squares of measured = gain * command + offset - lag * rate of command: (joints, 4) with the rest's rms."""
+        joints = self.robot.joints
+        table = np.full((joints, 4), np.nan)
+        for j in range(joints):
+            rows, right = [], []
+            for run in self.runs:
+                command = run.command_rad[:, j]
+                if run.t_s.size < 3:
+                    continue
+                rate = np.gradient(command, run.t_s)
+                good = np.isfinite(command) & np.isfinite(run.measured_rad[:, j]) & np.isfinite(rate)
+                rows.append(np.stack([command[good], np.ones(good.sum()), -rate[good]], axis=1))
+                right.append(run.measured_rad[good, j])
+            a, b = np.concatenate(rows), np.concatenate(right)
+            if b.size < 4:
+                continue
+            found = np.linalg.lstsq(a, b, rcond=None)[0]
+            rest = float(np.sqrt(np.mean((a @ found - b) ** 2)))
+            table[j] = (*found, rest)
+        return table
+
+    def over(self, figure: Vector, joints: tuple[int, ...], otherwise: float) -> float:
+        """Median of a figure over some joints; ``otherwise`` where the data say nothing."""
+        values = figure[list(joints)]
+        values = values[np.isfinite(values)]
+        return float(np.median(values)) if values.size else otherwise
+
+
+def _paired(a: Vector, b: Vector) -> tuple[Vector, Vector]:
+    good = np.isfinite(a) & np.isfinite(b)
+    return a[good], b[good]
+
+
+def _pooled(tables: list[Vector], figure: object) -> Vector:
+    """``figure`` of all samples of each joint; NaN for a joint without one."""
+    both = np.concatenate(tables)
+    return np.array(
+        [figure(both[:, j]) if np.isfinite(both[:, j]).any() else np.nan for j in range(both.shape[1])]  # type: ignore[operator]
+    )

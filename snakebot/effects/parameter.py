@@ -1,0 +1,86 @@
+"""A number that an effect has: its unit, its bounds, what is believed about it before any data."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    import numpy as np
+
+Scale = Literal["linear", "log"]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of an effect.
+
+    Attributes:
+        name: as it stands in ``--effect`` and in reports; ends in its unit.
+        unit: for tables.
+        lower, upper: bounds, both allowed.
+        doc: half a sentence.
+        typical: a middling value of the prior.
+        spread: standard deviation of the prior: of the natural logarithm on a log scale, in the unit on a linear one.
+        scale: on which scale to step, to fit and to believe. ``log`` needs ``lower`` above zero.
+        default: value where none is given; None: one must be given.
+        fitted: False for what a fit leaves at its default.
+        integer: a count or an index.
+        many: one value a joint, written ``2+1+3``; a single one holds for all.
+    """
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    doc: str
+    typical: float
+    spread: float
+    scale: Scale = "linear"
+    default: float | None = None
+    fitted: bool = True
+    integer: bool = False
+    many: bool = False
+
+    def contains(self, value: float) -> bool:
+        return self.lower <= value <= self.upper and (not self.integer or float(value).is_integer())
+
+    def clip(self, value: float) -> float:
+        """The nearest allowed value."""
+        value = min(max(value, self.lower), self.upper)
+        return float(round(value)) if self.integer else value
+
+    def log_prior(self, value: float) -> float:
+        """Logarithm of the prior density per unit of the parameter, normal on its scale; -inf out of bounds.
+
+        The little mass that the bounds cut off is not spread over the rest.
+        """
+        if not self.contains(value):
+            return -math.inf
+        if self.integer:
+            return -math.log(self.upper - self.lower + 1)
+        if self.scale == "log":
+            z, jacobian = math.log(value / self.typical) / self.spread, value
+        else:
+            z, jacobian = (value - self.typical) / self.spread, 1.0
+        return -0.5 * z * z - math.log(self.spread * math.sqrt(2 * math.pi) * jacobian)
+
+    def sample(self, rng: np.random.Generator) -> float:
+        """A draw from the prior, inside the bounds."""
+        if self.integer:
+            return float(rng.integers(int(self.lower), int(self.upper), endpoint=True))
+        for _ in range(1000):
+            z = rng.normal()
+            value = (
+                self.typical * math.exp(self.spread * z)
+                if self.scale == "log"
+                else self.typical + self.spread * z
+            )
+            if self.contains(value):
+                return float(value)
+        return self.typical
+
+    @property
+    def bounds_text(self) -> str:
+        return f"{self.lower:g} to {self.upper:g}" + (f" {self.unit}" if self.unit else "")

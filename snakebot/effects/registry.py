@@ -1,0 +1,102 @@
+"""The known effects: those of the library, in the order of the signal, then those of installed packages.
+
+A package adds its own through the entry point group ``snakebot.effects``: each entry names an ``Effect`` instance.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import warnings
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from snakebot.errors import BadInputError
+
+if TYPE_CHECKING:
+    from snakebot.effects.effect import Effect
+
+ENTRY_POINT_GROUP = "snakebot.effects"
+
+# The order of the signal, which is also the order in which effects are applied.
+LIBRARY = (
+    "command_delay",
+    "command_loss",
+    "clock_drift",
+    "wiring",
+    "command_gain",
+    "servo_offset",
+    "deadband",
+    "second_order",
+    "servo_lag",
+    "rate_limit",
+    "voltage_sag",
+    "torque_limit",
+    "joint_friction",
+    "compliance",
+    "backlash",
+    "joint_free",
+    "joint_rigid",
+    "encoder_gain",
+    "encoder_offset",
+    "encoder_noise",
+    "ground_friction",
+    "wheel_drag",
+    "payload",
+    "slope",
+)
+
+_NAME = re.compile(r"[a-z][a-z0-9_]*")
+
+
+@cache
+def effects() -> dict[str, Effect]:
+    """All effects by name, in the order in which they are applied within a stage."""
+    found: dict[str, Effect] = {}
+    for name in LIBRARY:
+        found[name] = import_module(f"snakebot.effects.library.{name}").EFFECT
+    for entry_name, effect in _installed():
+        if effect.name in found:
+            warnings.warn(
+                f"effect {effect.name} of {entry_name} is left out: the name is taken", stacklevel=2
+            )
+        else:
+            found[effect.name] = effect
+    return found
+
+
+def find_effect(name: str) -> Effect:
+    """
+    Raises:
+        BadInputError: there is no such effect; the line names the nearest and all that are known.
+    """
+    known = effects()
+    if name in known:
+        return known[name]
+    near = difflib.get_close_matches(name, known, n=1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    raise BadInputError(
+        f"no effect is called {name!r}{hint} Known: {', '.join(known)}".replace("' Known", "'. Known")
+    )
+
+
+def _installed() -> list[tuple[str, Effect]]:
+    """Effects of other packages. One that cannot be loaded is warned about and left out: it must not stop a robot."""
+    from importlib.metadata import entry_points
+
+    from snakebot.effects.effect import STAGES, Effect
+
+    loaded: list[tuple[str, Effect]] = []
+    for entry in entry_points(group=ENTRY_POINT_GROUP):
+        try:
+            effect = entry.load()
+        except Exception as error:  # foreign code: anything can happen
+            warnings.warn(f"effect {entry.name} cannot be loaded: {error}", stacklevel=2)
+            continue
+        sound = isinstance(effect, Effect) and _NAME.fullmatch(effect.name) and effect.stage in STAGES
+        if not sound:
+            warnings.warn(f"effect {entry.name}: {entry.value} is not a sound Effect instance", stacklevel=2)
+            continue
+        loaded.append((entry.name, effect))
+    return loaded

@@ -1,0 +1,202 @@
+"""A robot with its effects, cut at the boundaries of the signal: link, servo, sensor, body."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from snakebot.effects.effect import LinkFilter, SensorFilter, Track
+from snakebot.effects.ground import Ground
+from snakebot.effects.registry import effects
+from snakebot.effects.spec import EffectSpec, parse_effects, robot_effects
+from snakebot.errors import BadInputError
+from snakebot.physics import servo_layout as layout
+
+if TYPE_CHECKING:
+    from snakebot.physics.model import ChainModel
+    from snakebot.robot import Robot
+
+Vector = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Arm:
+    """What a bench's servo carries: ``servo.arm`` of a robot without a body. Angles are the joint's own.
+
+    Attributes:
+        mass_kg, length_m: a point mass at the end of a massless arm.
+        down_deg: joint angle at which it hangs straight down.
+        drag_nm_s, coulomb_nm: friction of the joint while the servo is off.
+    """
+
+    mass_kg: float
+    length_m: float
+    down_deg: float = 0.0
+    drag_nm_s: float = 0.0
+    coulomb_nm: float = 0.0
+
+
+class Stages:
+    """What ``assemble`` makes; immutable, cheap, good for any number of runs."""
+
+    def __init__(self, robot: Robot, specs: tuple[EffectSpec, ...]) -> None:
+        self.robot = robot
+        self.specs = specs
+
+    @cached_property
+    def servo_rows(self) -> Vector:
+        """(joints, PARAMETERS) of ``physics.servo_layout``, all servo effects in it."""
+        robot = self.robot
+        rows = layout.nominal_parameters(robot.joints, robot.servo.time_constant_s)
+        arm = arm_of(robot)
+        if arm is not None:
+            inertia = arm.mass_kg * arm.length_m**2
+            rows[:, layout.ARM_GRAVITY_NM] = arm.mass_kg * 9.80665 * arm.length_m
+            rows[:, layout.ARM_DOWN_RAD] = math.radians(arm.down_deg)
+            rows[:, layout.ARM_INERTIA_KG_M2] = inertia
+            rows[:, layout.ARM_DRAG_NM_S] = arm.drag_nm_s
+            rows[:, layout.ARM_COULOMB_NM] = arm.coulomb_nm
+            rows[:, layout.INERTIA_KG_M2] = inertia
+        for spec in self.specs:
+            spec.effect.write_servo(rows, spec.joint_indices(robot.joints), spec, robot)
+        if self.model is not None and np.any(np.isfinite(rows[:, layout.TORQUE_LIMIT_NM])):
+            from snakebot.effects.impedance import felt_drag_nm_s, felt_inertia_kg_m2
+
+            rows[:, layout.INERTIA_KG_M2] = felt_inertia_kg_m2(self.model)
+            rows[:, layout.DRAG_NM_S] = felt_drag_nm_s(self.model)
+        rows.setflags(write=False)
+        return rows
+
+    @cached_property
+    def model(self) -> ChainModel | None:
+        """The body on its ground, all body effects in it; None on a bench."""
+        if self.robot.body is None:
+            return None
+        ground = Ground(self.robot.body)
+        for spec in self.specs:
+            spec.effect.write_ground(ground, spec, self.robot)
+        return ground.model()
+
+    @property
+    def feels_load(self) -> bool:
+        """Whether the servos' motion depends on the torque they bear."""
+        return layout.feels_load(self.servo_rows)
+
+    def link_filters(self) -> list[LinkFilter]:
+        """Fresh ones, in the order of the signal."""
+        return [f for s in self.specs if (f := s.effect.link_filter(s, self.robot)) is not None]
+
+    def sensor_filters(self) -> list[SensorFilter]:
+        """Fresh ones, in the order of the signal."""
+        return [f for s in self.specs if (f := s.effect.sensor_filter(s, self.robot)) is not None]
+
+    def link(self, t_s: npt.ArrayLike, command_rad: npt.ArrayLike) -> Track:
+        """Set-points in force from commands (T, joints) that were sent at ``t_s`` (T,)."""
+        track = Track(np.asarray(t_s, dtype=np.float64), np.asarray(command_rad, dtype=np.float64))
+        for link_filter in self.link_filters():
+            track = link_filter.batch(track)
+        return track
+
+    def sensor(
+        self, t_s: npt.ArrayLike, joint_angle_rad: npt.ArrayLike, *, quantise: bool = False
+    ) -> tuple[Vector, Vector]:
+        """Mean reading (T, joints) of joint angles (T, joints), and its variance (rad^2) with that of the counts.
+
+        Args:
+            quantise: round to the encoder's counts. A fit is better off without: the objective stays smooth, and the
+                variance accounts for it either way.
+        """
+        t = np.asarray(t_s, dtype=np.float64)
+        reading: Vector = np.asarray(joint_angle_rad, dtype=np.float64)
+        step = self.robot.rad_per_count
+        variance = np.full(reading.shape, step**2 / 12)
+        for sensor_filter in self.sensor_filters():
+            reading = sensor_filter.batch(t, reading)
+            variance = variance + sensor_filter.variance_rad2(t)
+        if quantise:
+            reading = np.round(reading / step) * step
+        return reading, variance
+
+    def true_angle(self, t_s: npt.ArrayLike, encoder_rad: npt.ArrayLike) -> Vector:
+        """Joint angles that would give these readings: the sensor stage undone, as far as it is affine."""
+        t, reading = np.asarray(t_s, dtype=np.float64), np.asarray(encoder_rad, dtype=np.float64)
+        zero, _ = self.sensor(t, np.zeros_like(reading))
+        one, _ = self.sensor(t, np.ones_like(reading))
+        angle: Vector = (reading - zero) / (one - zero)
+        return angle
+
+    def torque_of(self, t_s: npt.ArrayLike, joint_angle_rad: npt.ArrayLike) -> Vector | None:
+        """Joint torques (T, joints) of a motion; None where neither body nor arm is known."""
+        t, angle = np.asarray(t_s, dtype=np.float64), filled(np.asarray(joint_angle_rad, dtype=np.float64))
+        if self.model is not None:
+            from snakebot.physics.replay import replay
+
+            return replay(self.model, t, angle).joint_torque_nm
+        rows = self.servo_rows
+        if not rows[:, layout.ARM_GRAVITY_NM].any():
+            return None
+        rate = np.gradient(angle, t, axis=0)
+        gravity = rows[:, layout.ARM_GRAVITY_NM] * np.sin(angle - rows[:, layout.ARM_DOWN_RAD])
+        torque: Vector = gravity + rows[:, layout.ARM_INERTIA_KG_M2] * np.gradient(rate, t, axis=0)
+        return torque
+
+
+def assemble(robot: Robot, specs: Iterable[EffectSpec | str] = (), *, own_effects: bool = True) -> Stages:
+    """Put a robot and its effects together, in the order of the signal whatever the order given.
+
+    The same effect may be given several times, for different joints; on the same joint the last one holds, but link
+    effects add up.
+
+    Args:
+        specs: on top of the effects in the robot's own description.
+        own_effects: False leaves those out.
+
+    Raises:
+        BadInputError: an effect that does not fit the robot.
+    """
+    given = tuple(robot_effects(robot)) if own_effects else ()
+    for spec in specs:
+        given += parse_effects([spec], robot) if isinstance(spec, str) else (spec.checked(robot),)
+    order = {name: rank for rank, name in enumerate(effects())}
+    return Stages(robot, tuple(sorted(given, key=lambda spec: order[spec.name])))
+
+
+def arm_of(robot: Robot) -> Arm | None:
+    """The arm that a bench's description gives its servo (``servo: {arm: {...}}``), or None.
+
+    Raises:
+        BadInputError: the arm has other keys or is no arm.
+    """
+    given: Any = (robot.servo.model_extra or {}).get("arm")
+    if given is None or robot.body is not None:
+        return None
+    try:
+        arm = (
+            Arm(**{key: float(value) for key, value in given.items()}) if isinstance(given, Mapping) else None
+        )
+    except (TypeError, ValueError):
+        arm = None
+    if arm is None or not (0 < arm.mass_kg < math.inf and 0 < arm.length_m < math.inf):
+        keys = ", ".join(Arm.__dataclass_fields__)
+        raise BadInputError(
+            f"robot {robot.name}: servo.arm takes numbers for {keys}; mass_kg and length_m above zero"
+        )
+    return arm
+
+
+def filled(table: Vector) -> Vector:
+    """(T, joints) with NaN bridged by straight lines, held at the ends; a column without a number becomes 0."""
+    if np.isfinite(table).all():
+        return table
+    out = table.copy()
+    rows = np.arange(table.shape[0])
+    for column in out.T:
+        good = np.isfinite(column)
+        column[~good] = np.interp(rows[~good], rows[good], column[good]) if good.any() else 0.0
+    return out

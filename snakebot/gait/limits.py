@@ -123,7 +123,7 @@ class SlewLimiter:
         want = (min(max(target, -angle), angle) - applied) / dt
         want = min(max(want, -speed - slack), speed + slack)
         room = angle - abs(applied)
-        if room >= 0 and want * applied > 0:
+        if room >= 0 and want * applied >= 0:
             stop = math.sqrt(max(0.0, 2 * acceleration * room - (acceleration * dt) ** 2)) + slack
             want = min(max(want, -stop), stop)
         band = acceleration * dt + 2 * slack

@@ -58,7 +58,7 @@ from snakebot.simboard.register import SetpointRegister
 
 BEAT_S = 0.1  # heartbeats, and samples while nothing streams
 COUNTERS_S = 1.0
-_EARLY_S = 1e-9  # a timer may run out this early: clock conversions round
+_EARLY_S = 1e-7  # a timer may run out this early: a year's clock resolves no better
 _MASK16 = 0xFFFF
 _WIRE_ANGLE_RAD = 32767 * ANGLE_STEP_RAD
 _MAX_COUNTS_PER_REV = 0xFFFF  # what InfoFirmware carries
@@ -109,14 +109,15 @@ class SimBoard:
         self.serial_number = serial_number
         self.boot_id = 0
         self._plant = plant if plant is not None else _plant(robot, specs, seed, start_rad)
+        self._drift_ppm = drift_ppm + self._plant.clock_ppm
         self._clock_offset_us = clock_offset_us
-        self._drift_ppm = drift_ppm
         self._boots: random.Random = random.SystemRandom() if boot_seed is None else random.Random(boot_seed)
         self._trim_rad = [0.0] * robot.joints
         self._zero_counts = [0] * robot.joints
-        self._free = [True] * robot.joints  # as the plant was told
+        self._free: list[bool | None] = [None] * robot.joints  # as the plant was told
         self._outbox: list[Frame] = []
         self._clock: OwnClock | None = None
+        self._start_s = 0.0  # when the plant's time began
         self._now_s = -math.inf
         self._stop_id = frame_id(EmergencyStop)
         self._handlers: dict[type[Message], Callable[[Any, float], None]] = {
@@ -158,7 +159,7 @@ class SimBoard:
         t_s = self._run_to(now_s)
         self._received += 1
         if frame.id == self._stop_id:
-            self._plant.advance(self._now_s)
+            self._go_on(self._now_s)
             self._machine.emergency_stop(t_s)
             self._power()
             self._fault_event()
@@ -181,7 +182,7 @@ class SimBoard:
     def integrate(self, now_s: float) -> None:
         """Let the simulated world catch up while nobody waits for an answer. Changes nothing that can be seen."""
         if self._clock is not None and now_s < self.next_event_s:
-            self._plant.advance(now_s)
+            self._go_on(now_s)
 
     def note_corrupt(self, packets: int) -> None:
         """Packets that the transport had to drop: the board reports them in its counters."""
@@ -216,12 +217,14 @@ class SimBoard:
         self._counters_due_s = COUNTERS_S
 
     def _boot(self, now_s: float) -> None:
+        if self.boot_id == 0:
+            self._start_s = now_s
         before = self.boot_id
         while self.boot_id == before:
             self.boot_id = self._boots.randrange(1, 0x10000)
         self._clock = OwnClock(now_s, self._clock_offset_us, self._drift_ppm)
         self._fresh()
-        self._plant.advance(now_s)
+        self._go_on(now_s)
         self._power()
 
     def _run_to(self, now_s: float) -> float:
@@ -232,9 +235,13 @@ class SimBoard:
         assert self._clock is not None
         t_s = self._clock.since_reset_s(self._now_s)
         while (due_s := self._due_s()) <= t_s + _EARLY_S:
-            self._plant.advance(min(self._clock.true_s(due_s), self._now_s))
+            self._go_on(min(self._clock.true_s(due_s), self._now_s))
             self._do_due(due_s)
         return t_s
+
+    def _go_on(self, true_s: float) -> None:
+        """Bring the plant to a moment."""
+        self._plant.advance(true_s - self._start_s)
 
     def _due_s(self) -> float:
         return min(self._machine.due_s, self._beat_due_s, self._sample_due_s, self._counters_due_s)
@@ -272,17 +279,18 @@ class SimBoard:
         before = self._machine.mode
         acknowledge = self._configuration.mode(message, t_s)
         if self._machine.mode is not before:
-            self._plant.advance(self._now_s)
+            self._go_on(self._now_s)
             if self._machine.mode is Mode.ARMED:
                 if before is Mode.DISARMED:
                     self._read()  # the register follows the joints as long as they have no power
                 self._register.start(t_s)
-                self._command()
             self._power()
+            if self._machine.mode is Mode.ARMED:
+                self._command()
         self._send(acknowledge)
 
     def _configure(self, message: Message, t_s: float) -> None:
-        self._plant.advance(self._now_s)
+        self._go_on(self._now_s)
         self._send(self._configuration.take(message))
         self._power()
 
@@ -295,7 +303,7 @@ class SimBoard:
         tick = self._register.assemble(message)
         if tick is None:
             return
-        self._plant.advance(self._now_s)
+        self._go_on(self._now_s)
         counts = self._read()
         if not self._register.execute(tick, t_s):
             return
@@ -307,7 +315,7 @@ class SimBoard:
     def _command(self) -> None:
         """The servo pulses: what the register holds, and each servo's trim."""
         self._plant.command(
-            self._now_s,
+            self._now_s - self._start_s,
             [angle + trim for angle, trim in zip(self._register.applied_rad, self._trim_rad, strict=True)],
         )
 
@@ -317,7 +325,7 @@ class SimBoard:
             free = not self._machine.powered or mode is JointMode.FREE
             if free != self._free[index]:
                 self._free[index] = free
-                self._plant.set_joint_mode(index, "free" if free else "active")
+                self._plant.set_joint_mode(index + 1, "free" if free else "active")
 
     # -- encoders and samples ----------------------------------------------------------------------------------------
 
@@ -380,6 +388,14 @@ class SimBoard:
 
 
 def _plant(robot: Robot, specs: Sequence[Any], seed: int, start_rad: Sequence[float] | None) -> JointPlant:
+    """The plant, with everything compiled: the first tick must not wait for a compiler."""
     from snakebot.effects import Plant
 
-    return Plant(robot, specs, seed)
+    angles_rad = [0.0] * robot.joints if start_rad is None else list(start_rad)
+    trial = Plant(robot, specs, seed, initial_rad=angles_rad)
+    trial.set_joint_mode(1, "free")
+    trial.command(0.0, angles_rad)
+    trial.advance(0.01)
+    trial.encoder_counts()
+    trial.pose()
+    return Plant(robot, specs, seed, initial_rad=angles_rad)

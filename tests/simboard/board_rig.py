@@ -47,17 +47,18 @@ class StillPlant:
     lost: set[int] = field(default_factory=set)  # encoders without a reading
     place: tuple[float, float, float, float] | None = None
     now_s: float = -math.inf
+    clock_ppm: float = 0.0
 
     def __post_init__(self) -> None:
         self.angle_rad = self.angle_rad or [0.0] * self.joints
-        self.modes = ["free"] * self.joints
+        self.modes = ["active"] * self.joints
 
     def command(self, t_s: float, setpoint_rad: Sequence[float]) -> None:
         assert t_s == self.now_s, "the plant must stand at the moment of the command"
         self.commands.append((t_s, list(setpoint_rad)))
 
-    def set_joint_mode(self, joint: int, mode: str, hold_rad: float | None = None) -> None:
-        self.modes[joint] = mode
+    def set_joint_mode(self, joint: int, mode: str) -> None:
+        self.modes[joint - 1] = mode
         self.changes.append((self.now_s, joint, mode))
 
     def advance(self, t_s: float) -> None:
@@ -125,7 +126,9 @@ class Rig:
         self.sequence += step
         return self.say(*setpoint_messages(self.sequence, angles_rad, interval_s))
 
-    def stream(self, seconds: float, angles_rad: Sequence[float] | None = None, interval_s: float = 0.01) -> None:
+    def stream(
+        self, seconds: float, angles_rad: Sequence[float] | None = None, interval_s: float = 0.01
+    ) -> None:
         """Keep set-points coming."""
         for _ in range(round(seconds / interval_s)):
             self.advance(interval_s)

@@ -159,7 +159,7 @@ def test_timers_run_out_at_their_time_even_when_nobody_looked() -> None:
     rig = Rig()
     rig.go(Mode.ARMED)
     said = rig.advance(3.0)
-    assert rig.plant.changes[-1] == (pytest.approx(2.1, abs=1e-6), 4, "free")
+    assert rig.plant.changes[-1] == (pytest.approx(2.1, abs=1e-6), 5, "free")
     event = next(m for m in said if isinstance(m, FaultEvent))
     assert event.board_time_us == pytest.approx(100_000, abs=2)
 

@@ -1,0 +1,146 @@
+"""Whatever a host sends, whenever it sends it: no executed set-point breaks a joint's limits."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+from board_rig import Rig
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firmware_protocol.assembly import setpoint_messages
+from firmware_protocol.catalogue import (
+    Counters,
+    Latch,
+    LimitKind,
+    LimitRequest,
+    Mode,
+    Setpoint,
+    decode,
+    encode,
+)
+from snakebot.simboard.register import SetpointRegister
+
+STEP_RAD = 1e-4  # the wire's resolution
+EARLY_S = 0.020  # by how much a set-point may come early, in all
+
+ticks = st.lists(
+    st.tuples(
+        st.floats(-3.2, 3.2),  # target
+        st.sampled_from([0.0005, 0.002, 0.005, 0.01, 0.01, 0.02, 0.05, 0.1275]),  # interval, as declared
+        st.sampled_from([1, 1, 1, 2, 3, 7, 300]),  # step of the sequence number
+        st.sampled_from([0.0, 0.0, 0.0003, 0.002, 0.01, 0.01, 0.02, 0.05, 0.0999]),  # time that passes
+    ),
+    min_size=2,
+    max_size=60,
+)
+limits = st.tuples(st.floats(0.2, 1.6), st.floats(0.5, 8.0), st.floats(1.0, 100.0))
+
+
+def run(
+    stream: list, limit: tuple[float, float, float], start_rad: float
+) -> list[tuple[float, float, float]]:
+    """(time, time that the set-point could use, executed angle) of each executed set-point."""
+    register = SetpointRegister([limit[0]], [limit[1]], [limit[2]])
+    register.follow(0, start_rad)
+    register.start(0.0)
+    t_s = executed_s = 0.0
+    sequence, credit_s = 65500, EARLY_S
+    executed = [(0.0, 0.0, start_rad)]
+    for target_rad, interval_s, step, passes_s in stream:
+        t_s += passes_s
+        first = len(executed) == 1
+        sequence = (sequence + step) % 65536
+        tick = None
+        for message in setpoint_messages(sequence, [target_rad], interval_s):
+            heard = decode(encode(message))
+            assert isinstance(heard, Setpoint | Latch)
+            tick = register.assemble(heard) or tick
+        assert tick is not None
+        declared_s = interval_s * (1 if first else min(tick.step, 4))
+        available_s = min(credit_s + t_s - executed_s, declared_s + EARLY_S)
+        dt_s = min(declared_s, available_s)
+        if dt_s < 0.0005:
+            assert not register.execute(tick, t_s), "too early"
+            continue
+        assert register.execute(tick, t_s)
+        credit_s, executed_s = available_s - dt_s, t_s
+        executed.append((t_s, dt_s, register.applied_rad[0]))
+    return executed
+
+
+@settings(max_examples=300, deadline=None)
+@given(ticks, limits, st.floats(-1.0, 1.0))
+def test_no_executed_setpoint_breaks_a_limit(
+    stream: list, limit: tuple[float, float, float], start_share: float
+) -> None:
+    angle, speed, acceleration = limit
+    executed = run(stream, limit, start_share * angle)
+    speed_before, fuzz_before = 0.0, 0.0
+    for (_, _, before), (_, dt_s, now) in itertools.pairwise(executed):
+        assert abs(now) <= angle + 1e-12
+        fuzz = STEP_RAD / dt_s  # what the wire's resolution means as a speed
+        moved = (now - before) / dt_s
+        assert abs(moved) <= speed + fuzz + 1e-9
+        if abs(now) < angle - 1e-9:  # at its end the joint stops, and that goes before acceleration
+            assert abs(moved - speed_before) <= acceleration * dt_s + 2 * (fuzz + fuzz_before) + 1e-9
+        speed_before, fuzz_before = moved, fuzz
+
+
+@settings(max_examples=200, deadline=None)
+@given(ticks, limits, st.floats(-1.0, 1.0))
+def test_on_the_clock_no_more_is_moved_than_time_has_passed(
+    stream: list, limit: tuple[float, float, float], start_share: float
+) -> None:
+    """Bursts and lies about the interval included: over any stretch of time the mean speed is within the limit."""
+    executed = run(stream, limit, start_share * limit[0])
+    for i, (from_s, _, before) in enumerate(executed):
+        for ticks_between, (to_s, _, now) in enumerate(executed[i:]):
+            allowed = limit[1] * (to_s - from_s + EARLY_S) + ticks_between * STEP_RAD
+            assert abs(now - before) <= allowed + 1e-9
+
+
+@settings(max_examples=100, deadline=None)
+@given(ticks, limits, st.floats(0.01, 1.0), st.sampled_from([-1, 1]))
+def test_a_joint_that_starts_outside_its_limit_only_goes_inwards(
+    stream: list, limit: tuple[float, float, float], outside_rad: float, side: int
+) -> None:
+    executed = run(stream, limit, side * (limit[0] + outside_rad))
+    furthest = limit[0] + outside_rad
+    for _, _, now in executed:
+        assert abs(now) <= furthest + 1e-9
+        furthest = max(abs(now), limit[0])
+
+
+def test_a_motion_within_the_limits_is_executed_as_it_is() -> None:
+    rig = Rig()
+    rig.advance(0.01)
+    rig.go(Mode.ARMED)
+    for index in range(500):
+        rig.advance(0.01)
+        t_s = 0.01 * (index + 1)
+        u = min(t_s / 2.0, 1.0)
+        ramp = u**3 * (10 - 15 * u + 6 * u**2)
+        rig.tick([1.15 * ramp * math.sin(2 * t_s + 1.4 * joint) for joint in range(5)])
+    counters = [m for m in rig.advance(1.0) if isinstance(m, Counters)][-1]
+    assert (counters.clamped, counters.dropped, counters.corrupt) == (0, 0, 0)
+
+
+def test_a_changed_setpoint_is_counted_once_however_many_joints() -> None:
+    rig = Rig()
+    rig.advance(0.01)
+    rig.go(Mode.ARMED)
+    rig.advance(0.01)
+    rig.tick([1.0] * 5)
+    counters = [m for m in rig.advance(1.0) if isinstance(m, Counters)][-1]
+    assert counters.clamped == 1
+
+
+def test_a_tightened_limit_holds_at_once() -> None:
+    rig = Rig()
+    rig.advance(0.01)
+    rig.go(Mode.ARMED)
+    rig.say(LimitRequest(1, 2, LimitKind.ANGLE, 0.1, 0xA11CE))
+    rig.stream(1.0, [0.5] * 5)
+    assert rig.plant.commands[-1][1] == [0.5, 0.1, 0.5, 0.5, 0.5]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -17,7 +18,18 @@ CHUNK_BYTES = 1 << 20
 TEMPORARY_SUFFIX = ".tmp"
 
 
-def finish(source: Path, target: Path, extra_metadata: Mapping[str, Any] | None = None) -> list[str]:
+@dataclass(frozen=True)
+class Changes:
+    """What is different in the rewritten log."""
+
+    metadata: Mapping[str, Any] = field(default_factory=dict)  # added, or in place of older values
+    drop_topics: frozenset[str] = frozenset()
+    messages: Sequence[tuple[str, int, bytes]] = ()  # topic, log time ns, data; added at the end
+
+
+def finish(
+    source: Path, target: Path, changes: Changes | None = None, keep_source: bool = False
+) -> list[str]:
     """Rewrite ``source`` (unfinished, damaged or whole) as the finished log ``target``.
 
     The new file is complete on disk before it takes the name ``target``; ``source`` goes only then.
@@ -31,11 +43,11 @@ def finish(source: Path, target: Path, extra_metadata: Mapping[str, Any] | None 
     temporary = target.with_name(target.name + TEMPORARY_SUFFIX)
     try:
         with temporary.open("wb") as file:
-            problems = _rewrite(source, file, extra_metadata or {})
+            problems = _rewrite(source, file, changes or Changes())
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, target)
-        if source != target:
+        if source != target and not keep_source:
             source.unlink()
         sync_folder(target.parent)
     except OSError as error:
@@ -48,7 +60,7 @@ def finish(source: Path, target: Path, extra_metadata: Mapping[str, Any] | None 
     return problems
 
 
-def _rewrite(source: Path, file: BinaryIO, extra_metadata: Mapping[str, Any]) -> list[str]:
+def _rewrite(source: Path, file: BinaryIO, changes: Changes) -> list[str]:
     from snakebot import __version__
 
     container = Container(source)
@@ -60,13 +72,16 @@ def _rewrite(source: Path, file: BinaryIO, extra_metadata: Mapping[str, Any]) ->
         numbers[channel.topic] = writer.register_channel(channel.topic, channels.MESSAGE_ENCODING, schema_id)
     for messages in container.chunks():
         for channel_id, sequence, log_ns, publish_ns, data in messages:
-            number = numbers.get(container.topics.get(channel_id, ""))
-            if number is not None:
+            topic = container.topics.get(channel_id, "")
+            number = numbers.get(topic)
+            if number is not None and topic not in changes.drop_topics:
                 writer.add_message(number, log_ns, data, publish_ns, sequence)
+    for sequence, (topic, log_ns, data) in enumerate(changes.messages):
+        writer.add_message(numbers[topic], log_ns, data, log_ns, sequence)
     for name, item in container.attachments.items():
         writer.add_attachment(item.create_time, item.log_time, name, item.media_type, item.data)
     merged, damaged = merge_metadata(container)
-    merged.update(extra_metadata)
+    merged.update(changes.metadata)
     writer.add_metadata(metadata.RECORD_NAME, metadata.to_strings(merged))
     writer.finish()  # type: ignore[no-untyped-call]
     return container.problems + damaged

@@ -79,14 +79,13 @@ class RunLog:
         The heading is unwrapped, so that it is continuous.
         """
         out = np.full((t_s.size, 3), np.nan)
-        good = np.isfinite(self.pose).all(axis=1) & np.isfinite(self.pose_t_s)
-        if not good.any():
-            return out
-        order = np.argsort(self.pose_t_s[good], kind="stable")
-        at, pose = self.pose_t_s[good][order], self.pose[good][order]
-        columns = (pose[:, 0], pose[:, 1], np.unwrap(pose[:, 2]))
-        for index, column in enumerate(columns):
-            out[:, index] = np.interp(t_s, at, column, left=np.nan, right=np.nan)
+        order = np.argsort(self.pose_t_s, kind="stable")
+        for index in range(3):
+            known = order[np.isfinite(self.pose[order, index])]
+            if known.size:
+                values = self.pose[known, index]
+                values = np.unwrap(values) if index == 2 else values
+                out[:, index] = np.interp(t_s, self.pose_t_s[known], values, left=np.nan, right=np.nan)
         return out
 
     def telemetry_at(self, t_s: Floats) -> dict[str, Floats]:

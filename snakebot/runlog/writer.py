@@ -29,6 +29,7 @@ from snakebot.runlog.records import Event, LinkStatistics, Pose, RawFrame, Telem
 
 FLUSH_S = 0.2  # with the time to sync, well within the half second that a crash may cost
 CHUNK_BYTES = 16 << 10
+WAKE_BYTES = 4 << 20
 MAX_QUEUE_BYTES = 64 << 20  # a disk that hangs for minutes is reported, not buffered without end
 
 
@@ -77,7 +78,7 @@ class RunWriter:
             raise LogError(f"{self.path}: exists already; a log is never overwritten")
         start = beginning(robot, metadata or {}, attachments or {}, self.start_time_ns)
         self._file = PartFile(self.part_path, start)
-        self._last_flush, self._last_sync = threading.Event(), threading.Event()
+        self._wake, self._last_sync = threading.Event(), threading.Event()
         self._flusher = threading.Thread(target=self._flush_loop, name="runlog-flush", daemon=True)
         self._syncer = threading.Thread(target=self._sync_loop, name="runlog-sync", daemon=True)
         self._flusher.start()
@@ -142,6 +143,8 @@ class RunWriter:
             raise LogError(f"{self.path}: the log is closed")
         self._queue.append(record)
         self._queued_bytes += len(record)
+        if self._queued_bytes - self._written_bytes > WAKE_BYTES:
+            self._wake.set()  # far more than any robot sends: an import, or a simulation in virtual time
 
     # --- closing
 
@@ -155,7 +158,7 @@ class RunWriter:
         if self._closed:
             return self.part_path if self._error is not None else self.path
         self._closed = True
-        self._last_flush.set()
+        self._wake.set()
         self._flusher.join()
         self._last_sync.set()
         self._syncer.join()
@@ -185,7 +188,9 @@ class RunWriter:
     def _flush_loop(self) -> None:
         last = False
         while not last and self._error is None:
-            last = self._last_flush.wait(self._flush_s)
+            self._wake.wait(self._flush_s)
+            self._wake.clear()
+            last = self._closed
             try:
                 self._drain()
             except OSError as error:

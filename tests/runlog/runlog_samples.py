@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -79,6 +80,13 @@ def write_everything(path: Path, count: int = 50) -> Path:
         writer.frame(RawFrame(0.1, "sent", 0x123, b"\x00\xff"))
         writer.add_metadata({"ended": "finished"})
     return writer.path
+
+
+def flushed(writer: RunWriter) -> None:
+    """Wait until all that was recorded is in the ``.part``."""
+    writer._wake.set()
+    while writer._written_bytes < writer._queued_bytes:
+        time.sleep(0.005)
 
 
 def assert_equals_ticks(log: RunLog, ticks: list[Tick]) -> None:

@@ -17,7 +17,7 @@ import zstandard
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
-from runlog_samples import ROBOT, START_NS, assert_equals_ticks, make_ticks
+from runlog_samples import ROBOT, START_NS, assert_equals_ticks, flushed, make_ticks
 
 from snakebot.errors import LogError
 from snakebot.runlog import LogWarning, Pose, RunLog, RunWriter, metadata, read_log
@@ -37,8 +37,7 @@ def _whole(form: str) -> bytes:
             writer.tick(tick)
             writer.pose(Pose(tick.t_s, tick.sequence * 0.01, 0.5, 0.25, 0.1))
         writer.add_metadata({"ended": "finished"})
-        writer._last_flush.set()
-        writer._flusher.join()
+        flushed(writer)
         part = writer.part_path.read_bytes()
         writer.close()
         return part if form == "part" else writer.path.read_bytes()

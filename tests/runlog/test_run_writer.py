@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import threading
+import time
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from runlog_samples import (
     START_NS,
     assert_equals_ticks,
     bench,
+    flushed,
     make_ticks,
     write_everything,
     write_ticks,
@@ -212,8 +214,7 @@ def test_an_unfinished_log_is_read_as_it_is(tmp_path: Path) -> None:
     writer = RunWriter(tmp_path / "run", ROBOT, start_time_ns=START_NS, flush_s=0.01)
     for tick in ticks:
         writer.tick(tick)
-    while writer._queue or writer._written_bytes < writer._queued_bytes:
-        threading.Event().wait(0.01)
+    flushed(writer)
     log = read_log(writer.part_path)
     assert not log.complete
     assert log.problems == ()
@@ -229,8 +230,7 @@ def test_an_error_of_the_disk_comes_up_at_the_next_call(
     ticks = make_ticks(200)
     for tick in ticks[:100]:
         writer.tick(tick)
-    while writer._written_bytes < writer._queued_bytes:
-        threading.Event().wait(0.01)
+    flushed(writer)
     real_write = os.write
     calls = []
 
@@ -255,7 +255,7 @@ def test_an_error_of_the_disk_comes_up_at_the_next_call(
 def _tick_slowly(writer: RunWriter, ticks: list[Tick]) -> None:
     for tick in ticks:
         writer.tick(tick)
-        threading.Event().wait(0.01)
+        time.sleep(0.01)
 
 
 def test_names_are_utc_time_and_gait_and_never_twice(tmp_path: Path) -> None:

@@ -45,6 +45,13 @@ def _libc() -> Any | None:
     return libc
 
 
+def sharpen_thread(libc: Any | None = None) -> None:
+    """Timer slack of the calling thread to 1 ns, where there is such a thing: its waits end when they should."""
+    prctl = getattr(libc or _libc(), "prctl", None)
+    if prctl is not None:
+        prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(1), 0, 0, 0)
+
+
 class MonotonicClock:
     """The machine's monotonic clock.
 
@@ -67,21 +74,14 @@ class MonotonicClock:
             while (left_s := t_s - time.monotonic()) > 0:
                 time.sleep(left_s)
             return
-        self._sharpen()
+        if not getattr(self._thread, "sharp", False):
+            self._thread.sharp = True
+            sharpen_thread(self._libc)
         whole = math.floor(t_s)
         deadline = _Timespec(whole, int((t_s - whole) * 1e9))
         # EINTR brings us back between bytecodes, so that a signal's handler has run (and may have raised).
         while time.monotonic() < t_s:
             self._libc.clock_nanosleep(_CLOCK_MONOTONIC, _TIMER_ABSTIME, ctypes.byref(deadline), None)
-
-    def _sharpen(self) -> None:
-        """Timer slack belongs to a thread: set once in each that sleeps."""
-        if getattr(self._thread, "sharp", False):
-            return
-        self._thread.sharp = True
-        prctl = getattr(self._libc, "prctl", None)
-        if prctl is not None:
-            prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(1), 0, 0, 0)
 
 
 class VirtualClock:

@@ -27,13 +27,16 @@ class Alignment:
     overlap_s: float
 
 
-def align(a_t_s: Array, a: Array, b_t_s: Array, b: Array, most_s: float | None = None) -> Alignment | None:
+def align(
+    a_t_s: Array, a: Array, b_t_s: Array, b: Array, most_s: float | None = None, least_s: float | None = None
+) -> Alignment | None:
     """Find the shift in time that brings two sets of signals closest, in the least-squares sense.
 
     Args:
-        a_t_s, b_t_s: times (N,) and (M,); each recording may have its own beat.
-        a, b: signals (N, k) and (M, k), ``nan`` where not known.
-        most_s: largest shift looked at; by default all that leave an overlap of 0.3 of the shorter recording.
+        a_t_s, b_t_s: times (N,) and (M,); each recording may have its own beat. a, b: signals (N, k) and
+            (M, k), ``nan`` where not known. most_s, least_s: largest and smallest shift looked at
+            (``-most_s`` if only that is given); by default all that leave an overlap of 0.3 of the shorter
+            recording.
 
     Returns:
         ``None`` where no signal is known in both or nothing moves. Of shifts that do equally well (a motion
@@ -49,7 +52,7 @@ def align(a_t_s: Array, a: Array, b_t_s: Array, b: Array, most_s: float | None =
     low = b_t_s[0] - a_t_s[-1] + MIN_OVERLAP * shorter
     high = b_t_s[-1] - a_t_s[0] - MIN_OVERLAP * shorter
     if most_s is not None:
-        low, high = max(low, -most_s), min(high, most_s)
+        low, high = max(low, -most_s if least_s is None else least_s), min(high, most_s)
     shifts, costs = _coarse(a_even, b_even, (a_t_s[0], a_t_s[-1]), (b_t_s[0], b_t_s[-1]), step)
     wanted = (shifts >= low - step) & (shifts <= high + step) & np.isfinite(costs)
     if not wanted.any():

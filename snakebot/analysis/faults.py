@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-_FAULT = re.compile(r"joint_(free|rigid)(?::(?P<rest>.*))?$")
+# As on the command line: --fault free:3, rigid:2=30, rigid:4@12s; --effect joint_free:joints=3+4.
+_FAULT = re.compile(
+    r"(?P<kind>free|rigid):(?P<joints>\d+(\+\d+)*)(=(?P<angle>[-+]?[\d.]+))?(@(?P<at>[\d.]+)s?)?"
+)
+_EFFECT = re.compile(r"joint_(?P<kind>free|rigid)\b(?P<rest>.*)")
 
 
 @dataclass(frozen=True)
 class JointFaults:
-    """Joints (1-based) that were free or rigid throughout a run."""
+    """Joints (1-based) that were free or rigid from the start, and whether faults came or went in mid-run."""
 
     free: tuple[int, ...] = ()
     rigid: tuple[int, ...] = ()
+    rigid_angle_rad: Mapping[int, float] = field(default_factory=dict)  # where a rigid joint is stuck
+    changed: bool = False
 
     def __bool__(self) -> bool:
         return bool(self.free or self.rigid)
@@ -32,32 +39,48 @@ class JointFaults:
         return " + ".join(str(joint) for joint in sorted((*self.free, *self.rigid)))
 
 
-def joint_faults(metadata: Mapping[str, Any]) -> JointFaults:
-    """Read ``faults`` (and ``effects``) of a run's metadata: texts such as ``joint_free:joints=3+4``, or
-    mappings with ``joints`` and ``mode``. What is no joint fault is passed over.
+def joint_faults(metadata: Mapping[str, Any], joints: int) -> JointFaults:
+    """Read the ``faults`` and ``effects`` that a run's metadata lists; what is no joint fault is passed over.
+
+    A list that is not understood is no error: logs come from strangers. Joints beyond ``joints`` are left
+    out.
     """
     free: set[int] = set()
-    rigid: set[int] = set()
-    for key in ("faults", "effects"):
-        entries = metadata.get(key) or ()
-        for entry in [entries] if isinstance(entries, (str, Mapping)) else entries:
-            mode, joints = _read(entry)
-            if mode in ("free", "rigid"):
-                (free if mode == "free" else rigid).update(joints)
-    return JointFaults(tuple(sorted(free)), tuple(sorted(rigid)))
+    rigid: dict[int, float] = {}
+    changed = False
+    for text in (*_texts(metadata.get("faults")), *_texts(metadata.get("effects"))):
+        fault, effect = _FAULT.fullmatch(text), _EFFECT.match(text)
+        if fault is not None:
+            kind, numbers, angle = fault["kind"], fault["joints"], _number(fault["angle"])
+            if _number(fault["at"]) > 0:
+                changed = True
+                continue
+        elif effect is not None:
+            kind, rest = effect["kind"], effect["rest"]
+            listed, stuck = re.search(r"joints?=([\d+]+)", rest), re.search(r"angle_deg=([-+\d.]+)", rest)
+            numbers = listed[1] if listed else "+".join(str(j + 1) for j in range(joints))
+            angle = _number(stuck[1]) if stuck else 0.0
+        else:
+            changed = changed or text.startswith("clear")
+            continue
+        chosen = [int(n) for n in re.findall(r"\d{1,4}", numbers) if 1 <= int(n) <= joints]
+        if kind == "free":
+            free.update(chosen)
+        else:
+            rigid.update(dict.fromkeys(chosen, math.radians(angle)))
+    for joint in free & rigid.keys():  # the later fault cannot be told: the joint was held by something
+        free.discard(joint)
+    return JointFaults(tuple(sorted(free)), tuple(sorted(rigid)), rigid, changed)
 
 
-def _read(entry: object) -> tuple[str, list[int]]:
-    if isinstance(entry, Mapping):
-        mode = str(entry.get("mode", entry.get("name", entry.get("effect", "")))).removeprefix("joint_")
-        joints = entry.get("joints", entry.get("joint", ()))
-        return mode, _numbers(joints if isinstance(joints, str) else repr(joints))
-    found = _FAULT.match(str(entry).strip())
-    if not found:
-        return "", []
-    given = re.search(r"joints?=([0-9+ ]+)", found["rest"] or "")
-    return found[1], _numbers(given[1]) if given else []
+def _texts(entries: object) -> list[str]:
+    if isinstance(entries, str):
+        return [entries.strip()]
+    return [e.strip() for e in entries if isinstance(e, str)] if isinstance(entries, (list, tuple)) else []
 
 
-def _numbers(text: str) -> list[int]:
-    return [int(number) for number in re.findall(r"\d+", text)]
+def _number(text: str | None) -> float:
+    try:
+        return float(text) if text else 0.0
+    except ValueError:
+        return 0.0

@@ -95,7 +95,7 @@ def analyze_joint(
 def _gain_and_shift(t_s: Array, command_rad: Array, measured_rad: Array) -> tuple[float, float]:
     if len(t_s) < 8:
         return math.nan, math.nan
-    found = align(t_s, command_rad[:, None], t_s, measured_rad[:, None], most_s=MOST_LAG_S)
+    found = align(t_s, command_rad[:, None], t_s, measured_rad[:, None], most_s=MOST_LAG_S, least_s=0.0)
     if found is None:
         return math.nan, math.nan
     later = shifted(t_s, t_s, measured_rad[:, None], found.shift_s)[:, 0]

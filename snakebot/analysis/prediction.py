@@ -9,7 +9,7 @@ servos' doing.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -34,14 +34,17 @@ class Prediction:
 
 
 def predict_gait(
-    model: ChainModel, gait: Gait, free_joints: Iterable[int] = (), rigid_joints: Iterable[int] = ()
+    model: ChainModel,
+    gait: Gait,
+    free_joints: Iterable[int] = (),
+    rigid_angle_rad: Mapping[int, float] | None = None,
 ) -> Prediction:
     """The gait tracked ideally, from rest, by the paper's protocol; with joints that are free or stuck
     straight."""
-    from snakebot.physics.gaits import simulate_gaits
+    from snakebot.physics import simulate_gaits
 
     row = [[gait.alpha_rad, gait.beta_rad, gait.omega_rad_s, gait.offset_rad]]
-    found = simulate_gaits(model, row, free_joints=tuple(free_joints), rigid_joints=tuple(rigid_joints))
+    found = simulate_gaits(model, row, free_joints=tuple(free_joints), rigid_joints=rigid_angle_rad or {})
     return Prediction(
         float(found.speed_m_s[0]), float(found.power_in_w[0]), float(found.power_dissipated_w[0])
     )
@@ -49,7 +52,7 @@ def predict_gait(
 
 def predict_fits(model: ChainModel, fits: Sequence[SineFit]) -> Prediction:
     """Joints that move as fitted (one fit a joint, all at one frequency), from rest, by the same protocol."""
-    from snakebot.physics.replay import replay
+    from snakebot.physics import replay
 
     omega = fits[0].omega_rad_s
     period = 2 * math.pi / omega
@@ -72,7 +75,7 @@ def predict_angles(
 ) -> float:
     """Speed in m/s over a window, of a body whose joints go through these angles (N, joints), gaps filled;
     ``nan`` if it cannot be told."""
-    from snakebot.physics.replay import replay
+    from snakebot.physics import replay
 
     filled = fill_gaps(t_s, joint_angle_rad)
     if filled is None:

@@ -113,7 +113,7 @@ def analyze_run(run: Run, robot: Robot, *, predict: bool = True) -> RunAnalysis:
         )
         for j in range(run.joints)
     )
-    faults = joint_faults(run.metadata)
+    faults = joint_faults(run.metadata, run.joints)
     pose_speed = _pose_speed(run, steady, omega)
     speed, speed_source = math.nan, ""
     if run.forward_speed_m_s is not None:
@@ -190,6 +190,10 @@ def _predict(
 ) -> Predictions:
     from snakebot.errors import BadInputError
 
+    if faults.changed:
+        warnings.append(
+            "joint faults came or went in mid-run: the ideal prediction knows those from the start only"
+        )
     try:
         if omega is None:
             return Predictions(
@@ -200,7 +204,7 @@ def _predict(
         ideal = sine = rich = None
         commands = [joint.command for joint in joints]
         if run.gait is not None and run.gait.omega_rad_s > 0:
-            ideal = predict_gait(model, run.gait, faults.free, faults.rigid)
+            ideal = predict_gait(model, run.gait, faults.free, faults.rigid_angle_rad)
         elif None not in commands:
             ideal = predict_fits(model, [fit for fit in commands if fit])
         measured = [joint.measured for joint in joints]

@@ -73,11 +73,12 @@ class PaperTables:
 
 
 def paper_tables(runs: Sequence[RunAnalysis]) -> PaperTables:
-    """Sort the runs that have a gait into the three tables. Runs without one are in none."""
+    """Sort the runs that have a gait into the three tables. Runs without one, or with faults
+    that came or went in mid-run, are in none."""
     healthy: dict[tuple[float, float, float], list[RunAnalysis]] = defaultdict(list)
     broken: dict[tuple[float, float, float], dict[tuple[str, str], list[RunAnalysis]]] = defaultdict(dict)
     for run in runs:
-        if run.gait is None or run.robot.body is None:
+        if run.gait is None or run.robot.body is None or run.faults.changed:
             continue
         key = _gait_key(run)
         if run.faults:

@@ -92,9 +92,10 @@ def hysteresis(t_s: Array, measured_rad: Array, command_rad: Array, cycles: floa
     if rank < 3 or float(np.std(np.abs(v))) < 0.05 * fastest:
         return UNKNOWN_HYSTERESIS
     constant, lag, half_width = (float(c) for c in coefficients)
-    return Hysteresis(
-        half_width, lag, constant, _loop(velocity[known], error[known], cycles), int(moving.sum())
-    )
+    loop = _loop(velocity[known], error[known], cycles)
+    left, total = float(np.var(e - design @ coefficients)), float(np.var(e))
+    explained = 1 - left / total if total > 0 else math.nan
+    return Hysteresis(half_width, lag, constant, loop, explained, int(moving.sum()))
 
 
 def rate(t_s: Array, angle_rad: Array) -> Array:

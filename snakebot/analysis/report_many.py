@@ -1,0 +1,253 @@
+"""The part of a report that sets several runs side by side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from snakebot.analysis.run_analysis import RunAnalysis
+from snakebot.analysis.tables import FaultTable, NeighbourTable, PaperTables, SpeedRow
+from snakebot.report import Axis, Column, Curve, Line, LineChart, Page, Section, Table, XYChart
+from snakebot.report.blocks import NOT_KNOWN, significant
+
+SET_POINT_RUNS = 12
+
+
+def add_overview(page: Page, runs: Sequence[RunAnalysis], tables: PaperTables) -> None:
+    section = page.section("All runs")
+    section.add(runs_table(runs))
+    if tables.speeds:
+        _speeds(page.section("Speed of gaits"), tables, runs)
+    for near in tables.neighbours:
+        page.section(f"Gaits near an optimum, ω = {near.omega_rad_s:g} rad/s").add(neighbour_table(near))
+    for faults in tables.faults:
+        page.section("Joints that are free or rigid").add(fault_table(faults))
+    _set_points(page, runs)
+
+
+def runs_table(runs: Sequence[RunAnalysis]) -> Table:
+    columns = [
+        Column("run"),
+        Column("α", "deg", 4),
+        Column("β", "deg", 4),
+        Column("ω", "rad/s", 4),
+        Column("steady cycles"),
+        Column("TE", "(37)", 3),
+        Column("worst RMS error", "deg", 3),
+        Column("worst lag", "ms", 3),
+        Column("worst harmonics", "%", 3),
+        Column("speed", "m/s", 3),
+        Column("predicted", "m/s", 3, "nominal model, ideal tracking"),
+        Column("error", "% (36)", 3),
+        Column("lost", "%", 3),
+        Column("late ticks"),
+    ]
+    if all(run.robot.body is None for run in runs):
+        columns = [c for c in columns if c.name not in ("speed", "predicted", "error")]
+    rows: list[list[object]] = []
+    for run in runs:
+        gait = run.gait
+        row: dict[str, object] = {
+            "run": run.name,
+            "α": math.degrees(gait.alpha_rad) if gait else None,
+            "β": math.degrees(gait.beta_rad) if gait else None,
+            "ω": run.omega_rad_s,
+            "steady cycles": run.steady.cycles if run.steady.settled else None,
+            "TE": run.te,
+            "worst RMS error": math.degrees(_worst([j.tracking.rms_rad for j in run.joints])),
+            "worst lag": 1e3 * _worst([j.lag_s for j in run.joints]),
+            "worst harmonics": 100 * _worst([j.thd for j in run.joints]),
+            "speed": run.speed_m_s,
+            "predicted": run.predictions.ideal.speed_m_s if run.predictions.ideal else None,
+            "error": run.speed_error_percent,
+            "lost": 100 * run.link.lost,
+            "late ticks": run.link.late_ticks,
+        }
+        rows.append([row[column.name] for column in columns])
+    return Table(columns, rows)
+
+
+def speed_table(rows: Sequence[SpeedRow]) -> Table:
+    """Layout of Table II, and the sine replay beside it."""
+    columns = [
+        Column("ω", "rad/s", 4),
+        Column("α", "deg", 4),
+        Column("β", "deg", 4),
+        Column("predicted speed", "m/s", 3, "nominal model, ideal tracking"),
+        Column("experimental speed", "m/s", 3),
+        Column("error", "% (36)", 3),
+        Column("TE", "(37)", 3),
+        Column(
+            "predicted from measured sines", "m/s", 3, "least-squares sines of the measured angles, replayed"
+        ),
+        Column("runs"),
+    ]
+    cells = [
+        [
+            r.omega_rad_s,
+            r.alpha_deg,
+            r.beta_deg,
+            r.predicted_m_s,
+            r.measured_m_s,
+            r.error_percent,
+            r.te,
+            r.sine_replay_m_s,
+            r.runs,
+        ]
+        for r in rows
+    ]
+    return Table(columns, cells, "Gait velocity results (layout of Table II)")
+
+
+def neighbour_table(table: NeighbourTable) -> Table:
+    """Layout of Table III: predicted, experimental and their difference in every cell."""
+
+    def cell(row: SpeedRow | None) -> str:
+        if row is None:
+            return NOT_KNOWN
+        parts = [
+            significant(v, 3) if math.isfinite(v) else NOT_KNOWN
+            for v in (row.predicted_m_s, row.measured_m_s)
+        ]
+        error = f"{significant(row.error_percent, 3)} %" if math.isfinite(row.error_percent) else NOT_KNOWN
+        return f"{parts[0]} / {parts[1]} m/s, {error}"
+
+    columns = [Column("α \\ β", "deg", 4), *(Column(f"{beta:g}°") for beta in table.betas_deg)]
+    rows: list[list[object]] = [
+        [alpha, *(cell(entry) for entry in line)]
+        for alpha, line in zip(table.alphas_deg, table.cells, strict=True)
+    ]
+    caption = f"Predicted / experimental speed and error (36) at ω = {table.omega_rad_s:g} rad/s (layout of Table III)"
+    return Table(columns, rows, caption)
+
+
+def fault_table(table: FaultTable) -> Table:
+    """Layout of Table IV. The power is the simulation's, as in the paper."""
+    columns = [
+        Column("failure"),
+        Column("joint"),
+        Column("predicted speed", "m/s", 3),
+        Column("experimental speed", "m/s", 3),
+        Column("error", "% (36)", 3),
+        Column("power in (simulation)", "W", 3),
+        Column("runs"),
+    ]
+    rows = [
+        [r.fault, r.joints, r.predicted_m_s, r.measured_m_s, r.error_percent, r.predicted_power_w, r.runs]
+        for r in table.rows
+    ]
+    gait = f"α = {table.alpha_deg:g}°, β = {table.beta_deg:g}°, ω = {table.omega_rad_s:g} rad/s"
+    return Table(columns, rows, f"Hyper-redundancy, {gait} (layout of Table IV)")
+
+
+def _speeds(section: Section, tables: PaperTables, runs: Sequence[RunAnalysis]) -> None:
+    section.add(speed_table(tables.speeds))
+    ideal, replayed = [], []
+    for run in runs:
+        p, name = (
+            run.predictions,
+            f"{run.name}, ω {run.omega_rad_s:.3g} rad/s" if run.omega_rad_s else run.name,
+        )
+        if math.isfinite(run.speed_m_s):
+            if p.ideal:
+                ideal.append((p.ideal.speed_m_s, run.speed_m_s, name))
+            if p.sine_replay:
+                replayed.append((p.sine_replay.speed_m_s, run.speed_m_s, name))
+    curves = [
+        _cloud(name, points, color)
+        for name, points, color in (
+            ("ideal tracking", ideal, "predicted"),
+            ("measured sines replayed", replayed, "measured"),
+        )
+        if points
+    ]
+    blocks: list[XYChart] = []
+    if curves:
+        blocks.append(
+            XYChart(
+                "Measured against predicted speed (as Fig. 21)",
+                curves,
+                Axis("predicted speed", "m/s", 4),
+                Axis("measured speed", "m/s", 4),
+                diagonal=True,
+                height=320,
+            )
+        )
+    with_te = [
+        (run.omega_rad_s, run.te, run.name) for run in runs if run.omega_rad_s and math.isfinite(run.te)
+    ]
+    if len(with_te) > 1:
+        points = [(float(omega), te, name) for omega, te, name in with_te]
+        blocks.append(
+            XYChart(
+                "Tracking error against frequency",
+                [_cloud("", points, "error")],
+                Axis("ω", "rad/s", 3),
+                Axis("TE (37)", "", 4),
+                height=320,
+            )
+        )
+    section.add_grid(*blocks)
+
+
+def _cloud(name: str, points: Sequence[tuple[float, float, str]], color: str) -> Curve:
+    x, y, labels = zip(*points, strict=True)
+    return Curve(name, np.array(x), np.array(y), color, mode="points", labels=labels)
+
+
+def _set_points(page: Page, runs: Sequence[RunAnalysis]) -> None:
+    """Fig. 22: two cycles of set-point and measured angle of one joint, from slow to fast."""
+    periodic = sorted((r for r in runs if r.omega_rad_s and not r.faults), key=lambda r: r.omega_rad_s or 0)
+    if len(periodic) < 2:
+        return
+    if len(periodic) > SET_POINT_RUNS:
+        periodic = [
+            periodic[i] for i in np.unique(np.linspace(0, len(periodic) - 1, SET_POINT_RUNS).astype(int))
+        ]
+    joint = _worst_joint(periodic)
+    charts = []
+    for run in periodic:
+        if run.run.joints < joint:
+            continue
+        omega = run.omega_rad_s or 1.0
+        t = run.run.t_s
+        end = t[np.flatnonzero(run.steady.mask(t))[-1]]
+        part = (t >= end - 4 * math.pi / omega) & (t <= end)
+        lines = [
+            Line("set-point", np.degrees(run.run.command_rad[part, joint - 1]), "command", dash=True),
+            Line("measured", np.degrees(run.run.measured_rad[part, joint - 1]), "measured"),
+        ]
+        charts.append(
+            LineChart(
+                f"{run.name}: ω = {omega:.3g} rad/s",
+                t[part] - t[part][0],
+                lines,
+                Axis("time", "s", 3),
+                Axis("angle", "deg", 2),
+                height=200,
+                points=400,
+            )
+        )
+    section = page.section(
+        f"Set-point and measured angle of joint {joint} (as Fig. 22)",
+        "The last two steady cycles of each run, from slow to fast; the joint is the one that tracks worst.",
+    )
+    section.add_grid(*charts)
+
+
+def _worst_joint(runs: Sequence[RunAnalysis]) -> int:
+    joints = max(run.run.joints for run in runs)
+    errors = np.zeros(joints)
+    for run in runs:
+        for entry in run.joints:
+            if math.isfinite(entry.tracking.te):
+                errors[entry.joint - 1] += entry.tracking.te**2
+    return int(np.argmax(errors)) + 1
+
+
+def _worst(values: Sequence[float]) -> float:
+    """The value with the largest magnitude."""
+    known = [value for value in values if math.isfinite(value)]
+    return max(known, key=abs) if known else math.nan

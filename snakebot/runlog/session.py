@@ -102,7 +102,7 @@ def _read_run(folder: Path, where: str, entry: Any, robot: Robot, noticed: _Noti
     noticed.keys.update(unknown)
     return run_from_table(
         file,
-        read_table(file, _Numeric()),
+        read_table(file, KnownColumns()),
         robot.joints,
         noticed.columns,
         name=str(entry["file"]),
@@ -114,14 +114,15 @@ def _read_run(folder: Path, where: str, entry: Any, robot: Robot, noticed: _Noti
     )
 
 
-class _Numeric(frozenset[str]):
+class KnownColumns(frozenset[str]):
     """All columns that the form of a session knows: those must hold numbers."""
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and _is_known(name)
+        return isinstance(name, str) and is_known_column(name)
 
 
-def _is_known(name: str) -> bool:
+def is_known_column(name: str) -> bool:
+    """Whether the form of a session knows a column of this name."""
     return name in _SINGLE or _PER_JOINT.fullmatch(name) is not None
 
 
@@ -159,7 +160,7 @@ def run_from_table(path: Path, table: Table, joints: int, unknown: set[str], **a
     def stack(kind: str) -> NDArray[np.float64]:
         return np.stack([columns[f"{kind}_{j}_rad"] for j in range(1, joints + 1)], axis=1)
 
-    applied = [name for name in columns if name.startswith("applied_") and _is_known(name)]
+    applied = [name for name in columns if name.startswith("applied_") and is_known_column(name)]
     if applied and len(applied) != joints:
         raise BadInputError(
             f"{path}: row 1: {len(applied)} of {joints} columns applied_i_rad; give all or none"
@@ -175,7 +176,7 @@ def run_from_table(path: Path, table: Table, joints: int, unknown: set[str], **a
         *(f"{kind}_{j}_rad" for kind in ("cmd", "enc", "applied") for j in range(1, joints + 1)),
     }
     extra = {name: values for name, values in columns.items() if name not in used}
-    unknown.update(name for name in (*extra, *table.texts) if not _is_known(name))
+    unknown.update(name for name in (*extra, *table.texts) if not is_known_column(name))
     return Run(
         t_s=t_s,
         command_rad=stack("cmd"),

@@ -9,6 +9,7 @@ import csv
 import gzip
 import zlib
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
@@ -27,18 +28,29 @@ TABLE_SUFFIXES = (".csv", ".csv.gz", ".parquet")
 Column = NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class Dialect:
+    """How a CSV is written, where it is not ours."""
+
+    delimiter: str = ","
+    decimal: str = "."
+    skip_rows: int = 0  # lines before the header
+
+
 class Table(NamedTuple):
     columns: dict[str, Column]  # numeric columns, each (N,); empty cell = nan
     texts: tuple[str, ...]  # names of columns that are not numbers, where the caller allows those
-    first_row: int  # row of the file in which sample 0 stands, as an editor counts (the header is row 1)
+    first_row: int  # number of sample 0's row: in a CSV as an editor counts lines, in a Parquet 1
 
 
-def read_table(path: Path, must_be_numbers: frozenset[str] | None = None, delimiter: str = ",") -> Table:
+def read_table(
+    path: Path, must_be_numbers: frozenset[str] | None = None, dialect: Dialect | None = None
+) -> Table:
     """Read a table.
 
     Args:
         must_be_numbers: columns in which text is an error; in others text only drops the column. None: all.
-        delimiter: of a CSV.
+        dialect: of a CSV; by default commas and points.
 
     Raises:
         BadInputError: one line with file, row and column.
@@ -51,8 +63,8 @@ def read_table(path: Path, must_be_numbers: frozenset[str] | None = None, delimi
         with path.open("rb") as raw:
             if path.name.endswith(".gz"):
                 with gzip.open(raw) as unpacked:
-                    return _read_csv(path, unpacked, must_be_numbers, delimiter)
-            return _read_csv(path, raw, must_be_numbers, delimiter)
+                    return _read_csv(path, unpacked, must_be_numbers, dialect or Dialect())
+            return _read_csv(path, raw, must_be_numbers, dialect or Dialect())
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise BadInputError(f"{path}: not a whole gzip file: {error}") from None
     except OSError as error:
@@ -76,22 +88,25 @@ def _lines(path: Path, file: BinaryIO | gzip.GzipFile) -> Iterator[str]:
 
 
 def _read_csv(
-    path: Path, file: BinaryIO | gzip.GzipFile, must_be_numbers: frozenset[str] | None, delimiter: str
+    path: Path, file: BinaryIO | gzip.GzipFile, must_be_numbers: frozenset[str] | None, dialect: Dialect
 ) -> Table:
-    reader = csv.reader(_lines(path, file), delimiter=delimiter, strict=True)
+    lines = _lines(path, file)
+    for _ in range(dialect.skip_rows):
+        next(lines, "")
+    reader = csv.reader(lines, delimiter=dialect.delimiter, strict=True)
     try:
         header = [name.strip() for name in next(reader, [])]
         _check_header(path, header)
         strict = [must_be_numbers is None or name in must_be_numbers for name in header]
         texts = [False] * len(header)
         blocks: list[NDArray[np.float64]] = []
-        first_row = reader.line_num + 1
-        while rows := _block(path, reader, len(header)):
+        first_row = dialect.skip_rows + reader.line_num + 1
+        while rows := _block(path, reader, len(header), dialect):
             blocks.append(_numbers(path, rows, header, strict, texts))
             if sum(map(len, blocks)) * len(header) > MAX_CELLS:
                 raise BadInputError(f"{path}: more than {MAX_CELLS} cells; not read")
     except csv.Error as error:
-        raise BadInputError(f"{path}: row {reader.line_num}: {error}") from None
+        raise BadInputError(f"{path}: row {dialect.skip_rows + reader.line_num}: {error}") from None
     array = np.concatenate(blocks) if blocks else np.empty((0, len(header)))
     columns = {name: array[:, i].copy() for i, name in enumerate(header) if not texts[i]}
     return Table(columns, tuple(name for i, name in enumerate(header) if texts[i]), first_row)
@@ -112,15 +127,18 @@ def _check_header(path: Path, header: list[str]) -> None:
 _Row = tuple[int, list[str]]
 
 
-def _block(path: Path, reader: Any, width: int) -> list[_Row]:
+def _block(path: Path, reader: Any, width: int, dialect: Dialect) -> list[_Row]:
     """Up to BLOCK_ROWS rows with their row numbers; blank lines at the end of the file are no rows."""
     rows: list[_Row] = []
     for cells in reader:
+        row = dialect.skip_rows + reader.line_num
         if len(cells) != width:
             if not cells and not any(any(rest) for rest in reader):
                 break
-            raise BadInputError(f"{path}: row {reader.line_num}: {len(cells)} values for {width} columns")
-        rows.append((reader.line_num, cells))
+            raise BadInputError(f"{path}: row {row}: {len(cells)} values for {width} columns")
+        if dialect.decimal != ".":
+            cells = [cell.replace(dialect.decimal, ".") for cell in cells]
+        rows.append((row, cells))
         if len(rows) == BLOCK_ROWS:
             break
     return rows
@@ -144,9 +162,8 @@ def _numbers(
             if value is not None:
                 array[index, column] = value
             elif strict[column]:
-                raise BadInputError(
-                    f"{path}: row {row}, column {header[column]}: not a number: {cell[:40]!r}"
-                )
+                where = f"{path}: row {row}, column {header[column]}"
+                raise BadInputError(f"{where}: not a number: {cell[:40]!r}")
             else:
                 texts[column] = True
     return array
@@ -210,5 +227,5 @@ def _parquet_columns(path: Path, file: Any, must_be_numbers: frozenset[str] | No
     for name, values in columns.items():
         infinite = np.flatnonzero(np.isinf(values))
         if infinite.size:
-            raise BadInputError(f"{path}: row {infinite[0] + 2}, column {name}: not a number: infinite")
-    return Table(columns, tuple(texts), 2)
+            raise BadInputError(f"{path}: row {infinite[0] + 1}, column {name}: not a number: infinite")
+    return Table(columns, tuple(texts), 1)

@@ -86,11 +86,6 @@ def _read_into(seen: list[int], reader: NonSeekingReader) -> None:
     seen.extend(message.sequence for _, _, message in reader.iter_messages(log_time_order=False))
 
 
-def _read_into(seen: list[int], reader: NonSeekingReader) -> None:
-    for _, _, message in reader.iter_messages(log_time_order=False):
-        seen.append(message.sequence)
-
-
 def test_every_message_fits_its_schema(tmp_path: Path) -> None:
     import jsonschema
 

@@ -1,7 +1,7 @@
-"""Unmodelled effects, each once: the simulated board injects them, the diagnosis fits them, a robot may be said to have them.
+"""Unmodelled effects, each once: the simulated board injects them, the diagnosis fits them, a robot may have them.
 
-``parse_effect`` and ``EffectSpec`` are the words, ``Plant`` is the robot in real time, ``predict`` and ``assemble`` are whole
-runs for a fit. Names load on first use.
+``parse_effect`` and ``EffectSpec`` are the words, ``Plant`` is the robot in real time, ``predict`` and ``assemble``
+are whole runs for a fit. Names load on first use.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What one joint of a chain feels of the rest of it: inertia and drag against its own motion, the others held.
 
-Both are taken at the straight pose with the body floating. They only shape how a joint falls behind its torque limit; the
-load itself comes from the full dynamics.
+Both are taken at the straight pose with the body floating. They only shape how a joint falls behind its torque
+limit; the load itself comes from the full dynamics.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def felt_drag_nm_s(model: ChainModel) -> Vector:
 
 
 def _lateral_motion(model: ChainModel) -> tuple[Vector, Vector]:
-    """Maps (y, angle of link 1, joint angles) to the lateral speeds and the rotations of the links, at the straight pose."""
+    """From (y, angle of link 1, joint angles) to lateral shifts and rotations of the links, at the straight pose."""
     n = model.links
     rotation = np.tril(np.ones((n, n)))  # link i turns by the first angle and all joints before it
     rotation = np.hstack([np.zeros((n, 1)), rotation])

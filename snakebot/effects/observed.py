@@ -91,6 +91,14 @@ class Observed:
         return self._line[:, 3]
 
     @cached_property
+    def scatter_rad(self) -> Vector:
+        """Standard deviation of what changes from sample to sample and back: noise, not motion."""
+        return _pooled(
+            [np.diff(r.measured_rad, n=3, axis=0) / np.sqrt(20.0) for r in self.runs],
+            lambda d: 1.4826 * np.nanmedian(np.abs(d)),
+        )
+
+    @cached_property
     def correlation(self) -> Vector:
         """(joints, joints): of measured angle i with command j."""
         joints = self.robot.joints
@@ -127,7 +135,7 @@ class Observed:
 
     @cached_property
     def _line(self) -> Vector:
-        """Least squares of measured = gain * command + offset - lag * rate of command: (joints, 4) with the rest's rms."""
+        """Least squares of measured = gain * command + offset - lag * rate of command, and the rms of the rest."""
         joints = self.robot.joints
         table = np.full((joints, 4), np.nan)
         for j in range(joints):

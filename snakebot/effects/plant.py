@@ -34,8 +34,8 @@ class Pose(NamedTuple):
 class Plant:
     """A simulated robot without its board.
 
-    Set-points come by ``command``, time by ``advance``; both in seconds on one clock that starts at ``t_s``. All joints start
-    active and hold the angle they start at. A set-point takes effect from the time of its ``command`` on, so call
+    Set-points come by ``command``, time by ``advance``; both in seconds on one clock that starts at ``t_s``. All joints
+    start active and hold the angle they start at. A set-point takes effect from the time of its ``command`` on, so call
     ``advance(t)`` to the time of a reading before or after ``command(t, ...)``: it makes no difference to that reading.
 
     Args:
@@ -72,11 +72,16 @@ class Plant:
         self._applied = np.broadcast_to(np.asarray(initial_rad, dtype=np.float64), (robot.joints,)).copy()
         model = self.stages.model
         self._chain = DrivenChain(
-            self._rows, layout.rest_angle_rad(self._rows, self._applied), model=model, load_model=model if self.stages.feels_load else None,
-            t_s=t_s, grid_s=dt_s, fine=layout.needs_fine_steps(self._rows),
-        )  # fmt: skip
-        self._coming: deque[tuple[float, Vector]] = deque()
+            self._rows,
+            layout.rest_angle_rad(self._rows, self._applied),
+            model=model,
+            load_model=model if self.stages.feels_load else None,
+            t_s=t_s,
+            grid_s=dt_s,
+            fine=layout.needs_fine_steps(self._rows),
+        )
         self._chain.setpoint[:] = self._applied
+        self._coming: deque[tuple[float, Vector]] = deque()
         self._free = np.zeros(robot.joints, dtype=bool)
         self._hold = np.full(robot.joints, np.nan)
         self._first_command_s: float | None = None
@@ -177,8 +182,7 @@ class Plant:
 
     def encoder_rad(self) -> Vector:
         """(joints,) reading of the encoders as angles, in whole counts."""
-        angle: Vector = self.encoder_counts() * self.robot.rad_per_count
-        return angle
+        return np.asarray(self.encoder_counts() * self.robot.rad_per_count, dtype=np.float64)
 
     def pose(self) -> Pose | None:
         """Where the robot is; None on a bench."""

@@ -21,7 +21,7 @@ Value = float | tuple[float, ...]
 
 @dataclass(frozen=True)
 class EffectSpec:
-    """An effect with values, on all joints (``joints`` None) or on some (1-based, rising).
+    """An effect with values, on all joints (``joints`` None) or on some (1-based).
 
     Build it by ``parse_effect``, or by ``EffectSpec(...)`` from numbers that are known to be good; ``checked()`` tells.
     """
@@ -59,7 +59,7 @@ class EffectSpec:
             BadInputError: as many values as neither one nor ``count``.
         """
         found = self.values.get(name, self.effect.parameter(name).default)
-        row = found if isinstance(found, tuple) else (found,)
+        row: tuple[float | None, ...] = found if isinstance(found, tuple) else (found,)
         if len(row) == 1:
             row = row * count
         if len(row) != count or any(v is None for v in row):
@@ -156,7 +156,7 @@ def parse_effect(text: str, robot: Robot | None = None) -> EffectSpec:
                 raise BadInputError(
                     f"effect {effect.name}: joints={given} are not joint numbers, as in joints=3+4"
                 )
-            joints = tuple(sorted(int(n) for n in numbers))
+            joints = tuple(int(n) for n in numbers)
         else:
             values[effect.parameter(key).name] = numbers[0] if len(numbers) == 1 else numbers
     return EffectSpec(effect.name, values, joints).checked(robot)

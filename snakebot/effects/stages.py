@@ -135,7 +135,7 @@ class Stages:
         """Joint torques (T, joints) of a motion; None where neither body nor arm is known."""
         t, angle = np.asarray(t_s, dtype=np.float64), filled(np.asarray(joint_angle_rad, dtype=np.float64))
         if self.model is not None:
-            from snakebot.physics.replay import replay
+            from snakebot.physics import replay
 
             return replay(self.model, t, angle).joint_torque_nm
         rows = self.servo_rows

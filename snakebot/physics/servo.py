@@ -1,15 +1,15 @@
 """A position servo, compiled: from set-point to joint angle through everything that may lie between them.
 
 The signal passes, in this order: wiring, gain and offset; dead band on the error; first-order lag or second-order
-response; rate limit; torque limit; dry friction against the position loop; sag by load; backlash. A stage whose parameter is
-at its neutral value costs next to nothing. See ``servo_layout`` for the columns.
+response; rate limit; torque limit; dry friction against the position loop; sag by load; backlash. A stage whose
+parameter is at its neutral value costs next to nothing. See ``servo_layout`` for the columns.
 
 Set-points are held between ticks, so the response over a step is known in closed form: first order with dead band and
 rate limit exactly, second order exactly while neither bites. The step size does not show.
 
-Load. ``load_nm`` is the torque that the servo has to bear, positive where it pushes the joint to larger angles; it is that
-of the *ideal* motion (the same servo without a load), so that there is no loop between sag and load. The torque limit adds
-to it what the real motion needs beyond the ideal one, through the drag and inertia that the joint feels.
+Load. ``load_nm`` is the torque that the servo has to exert, positive where it pushes the joint to larger angles; it is
+that of the *ideal* motion (the same servo without a load), so that there is no loop between sag and load. The torque
+limit adds to it what the real motion needs beyond the ideal one, through the drag and inertia that the joint feels.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ from snakebot.physics.servo_layout import (
 LOWEST_RATE_SHARE = 0.02  # a sagging rate limit never quite reaches zero
 
 
-@jit  # type: ignore[misc]
+@jit
 def servo_step(state: Any, params: Any, setpoint: Any, load_nm: Any, t: float, dt: float) -> None:
     """Move all joints on by ``dt``, in place.
 
@@ -76,7 +76,7 @@ def servo_step(state: Any, params: Any, setpoint: Any, load_nm: Any, t: float, d
         _joint_step(state[j], params[j], setpoint[int(params[j, SOURCE])], load_nm[j], t, dt)
 
 
-@jit  # type: ignore[misc]
+@jit
 def is_free(params: Any, setpoint: Any, j: int) -> bool:
     """Whether joint ``j`` swings without torque: broken, or without a set-point."""
     if params[j, LOCKED] == RIGID_JOINT:
@@ -84,7 +84,7 @@ def is_free(params: Any, setpoint: Any, j: int) -> bool:
     return params[j, LOCKED] == FREE_JOINT or math.isnan(setpoint[int(params[j, SOURCE])])
 
 
-@jit  # type: ignore[misc]
+@jit
 def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: float) -> None:
     before = s[OUTPUT]
     if p[LOCKED] == RIGID_JOINT:
@@ -137,7 +137,7 @@ def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: f
     s[OUTPUT_RATE] = (s[OUTPUT] - before) / dt
 
 
-@jit  # type: ignore[misc]
+@jit
 def _play(output: float, centre: float, half_width: float) -> float:
     """The play operator: the output stays where it is unless the centre pulls or pushes it along."""
     if output < centre - half_width:
@@ -147,7 +147,7 @@ def _play(output: float, centre: float, half_width: float) -> float:
     return output
 
 
-@jit  # type: ignore[misc]
+@jit
 def _motor(
     x: float, v: float, p: Any, target: float, load: float, t: float, dt: float
 ) -> tuple[float, float]:
@@ -167,7 +167,7 @@ def _motor(
     return new, (new - x) / dt
 
 
-@jit  # type: ignore[misc]
+@jit
 def _decay(distance: float, tau: float, limit: float, dt: float) -> float:
     """What is left of a distance that a first-order lag with a rate limit runs down, exact for any ``dt``."""
     far = abs(distance)
@@ -183,7 +183,7 @@ def _decay(distance: float, tau: float, limit: float, dt: float) -> float:
     return 0.0
 
 
-@jit  # type: ignore[misc]
+@jit
 def _second_order(
     x: float, v: float, goal: float, idle: bool, wn: float, zeta: float, limit: float, dt: float
 ) -> tuple[float, float]:
@@ -218,7 +218,7 @@ def _second_order(
     return new_x, new_v
 
 
-@jit  # type: ignore[misc]
+@jit
 def _limit_torque(
     s: Any, p: Any, start: float, motor_rate: float, ideal_rate: float, load: float, dt: float
 ) -> None:
@@ -238,7 +238,7 @@ def _limit_torque(
     s[MOTOR_RATE] = rate
 
 
-@jit  # type: ignore[misc]
+@jit
 def _swing(s: Any, p: Any, dt: float) -> None:
     """An unpowered joint with an arm: a pendulum with friction, semi-implicit; dry friction can only stop it."""
     v = s[OUTPUT_RATE]

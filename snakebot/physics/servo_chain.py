@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from snakebot.physics import kernel
+from snakebot.physics.compiled import jit
 from snakebot.physics.kernel import FREE, PRESCRIBED
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2
-from snakebot.physics.servo import is_free, jit, servo_step
+from snakebot.physics.servo import is_free, servo_step
 from snakebot.physics.servo_layout import IDEAL, OUTPUT, OUTPUT_RATE, Rows, state_at_rest
 
 if TYPE_CHECKING:
@@ -25,11 +26,15 @@ if TYPE_CHECKING:
 
 Vector = npt.NDArray[np.float64]
 
-# Motors and gears of finite inertia do not jump in speed as a first-order lag with held set-points does. Left in, those jumps
-# shake the wheels' dry friction loose and cost 4 % of the speed at 100 Hz, 10 % at 50 Hz; on the encoders they do not show.
+# Motors and gears of finite inertia do not jump in speed as a first-order lag with held set-points does. Left in,
+# those jumps shake the wheels' dry friction loose and cost 4 % of the speed at 100 Hz, 10 % at 50 Hz. Encoders hardly see them.
 SMOOTHING_S = 0.01  # critically damped, between servo and chain
 LOAD_FILTER_S = 0.02  # first order, on the torque that a servo feels
 TIME_GRAIN_S = 1e-9  # steps shorter than this are none
+
+
+_NO_LINKS = np.zeros((8, 0))
+_NO_LINKS.setflags(write=False)  # as those of a model: one type, compiled once
 
 
 class _Body:
@@ -39,7 +44,7 @@ class _Body:
         self, model: ChainModel | None, angle_rad: Vector, pose: npt.ArrayLike = (0.0, 0.0, 0.0)
     ) -> None:
         k = 0 if model is None else model.joints
-        self.rows = np.zeros((8, 0)) if model is None else model.packed
+        self.rows = _NO_LINKS if model is None else model.packed
         self.slope = 0.0 if model is None else STANDARD_GRAVITY_M_S2 * math.sin(model.slope_rad)
         self.eps = 1.0 if model is None else model.eps
         self.base = np.zeros(6)  # x, y, heading of the centre of mass, and their rates
@@ -71,7 +76,7 @@ class DrivenChain:
     """Servos with or without a body, at one moment of time; ``run`` takes them on.
 
     Args:
-        params: (joints, PARAMETERS) of ``servo_layout``; read at every ``run``.
+        params: (joints, PARAMETERS) of ``servo_layout``; read at every ``run``, so it may be changed between two.
         angle_rad: (joints,) at the start, at rest.
         model: the body, or None for a bench.
         load_model: the body whose ideal motion gives the load; None: no load but what ``run`` is given.
@@ -92,7 +97,7 @@ class DrivenChain:
         fine: bool = True,
     ) -> None:
         joints = params.shape[0]
-        self.params = params
+        self.params = _plain(params)
         self.state = state_at_rest(np.broadcast_to(np.asarray(angle_rad, dtype=np.float64), (joints,)))
         self.setpoint = self.state[:, OUTPUT].copy()
         self.load = np.zeros(joints)
@@ -144,18 +149,24 @@ class DrivenChain:
         )  # fmt: skip
         nothing = np.zeros((0, joints))
         given = load_nm is not None and load_t_s is not None
-        _run(
+        _run(  # type: ignore[call-arg]
             self._clock, self.t_start_s, self.grid_s, self._fine, self.state, self.params, self.setpoint, self.load,
-            t_s, switch_s, setpoint_rad, since_s,
-            load_t_s if given else np.zeros(0), load_nm if given else nothing,
-            nothing if known_rad is None else known_rad,
+            _plain(t_s), _plain(switch_s), _plain(setpoint_rad), since_s,
+            _plain(load_t_s if given else np.zeros(0)), _plain(load_nm if given else nothing),
+            _plain(nothing if known_rad is None else known_rad),
             *self._body.arguments(), *self._ideal.arguments(),
             out.angle, out.base, out.load, out.torque, out.power,
         )  # fmt: skip
         return out
 
 
-@jit  # type: ignore[misc]
+def _plain(array: Vector | None) -> Vector:
+    """Contiguous and writable, as all others: what is compiled once serves every caller."""
+    plain: Vector = np.require(array, dtype=np.float64, requirements=["C", "W"])
+    return plain
+
+
+@jit
 def _run(
     clock: Any, t0: float, grid: float, fine: bool, state: Any, params: Any, setpoint: Any, load: Any,
     t_out: Any, switch_t: Any, switch_u: Any, since: float,
@@ -222,7 +233,7 @@ def _run(
                 out_power[row] /= ticks
 
 
-@jit  # type: ignore[misc]
+@jit
 def _interpolate(t: Any, values: Any, now: float, at: int, out: Any) -> int:
     while at < t.size - 2 and t[at + 1] < now:
         at += 1
@@ -233,7 +244,7 @@ def _interpolate(t: Any, values: Any, now: float, at: int, out: Any) -> int:
     return at
 
 
-@jit  # type: ignore[misc]
+@jit
 def _follow(
     links: Any, slope: float, eps: float, kind: Any, base: Any, phi: Any, dphi: Any, torque: Any, power: Any,
     work: Any, stage: Any, h: float, state: Any, params: Any, setpoint: Any, column: int,

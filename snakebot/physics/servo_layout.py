@@ -1,7 +1,7 @@
 """Where each number of a servo stands in the rows that the compiled kernel reads and writes.
 
-One row a joint. The order of the columns is the order of the signal: wiring, gain and offset, dead band, lag, rate limit,
-torque limit, friction, compliance, backlash, and what holds the output.
+One row a joint. The order of the columns is the order of the signal: wiring, gain and offset, dead band, lag, rate
+limit, torque limit, friction, compliance, backlash, and what holds the output.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def nominal_parameters(joints: int, time_constant_s: float) -> Rows:
 
 
 def state_at_rest(angle_rad: npt.ArrayLike) -> Rows:
-    """Rows of servos that have stood at ``angle_rad`` (joints,) for a long time, unpowered until the first set-point."""
+    """Rows of servos that have stood at ``angle_rad`` (joints,) for long, unpowered until the first set-point."""
     angle = np.atleast_1d(np.asarray(angle_rad, dtype=np.float64))
     state = np.zeros((angle.size, STATES))
     for column in (FILTERED, MOTOR, IDEAL, DRAGGED, OUTPUT):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Drift:
-    """A link filter whose delay grows from the first set-point on. On a board a delay cannot be negative; in a log it can."""
+    """A link filter whose delay grows from the first set-point on; in a log, unlike on a board, it can be negative."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate

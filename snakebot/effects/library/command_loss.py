@@ -52,7 +52,7 @@ class CommandLoss(Effect):
     confused_with = (
         (
             "command_delay",
-            "the mean alone looks like a short delay; the scatter between repeated runs, or the board's applied set-point, tells",
+            "the mean looks like a short delay; scatter between repeats, or the applied set-point, tells",
         ),
     )
     per_joint = False

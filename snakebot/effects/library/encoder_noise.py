@@ -35,7 +35,8 @@ class Noise:
         return angle_rad
 
     def variance_rad2(self, t_s: Vector) -> Vector:
-        return self._std**2 + (t_s - t_s[0])[:, None] * self._lost * self._count**2
+        variance: Vector = self._std**2 + (t_s - t_s[0])[:, None] * self._lost * self._count**2
+        return variance
 
 
 class EncoderNoise(Effect):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class JointFriction(Effect):
     name = "joint_friction"
     stage = "servo"
-    summary = "Dry friction in the joint against the finite stiffness of the servo's position loop, which also sags under load."
+    summary = "Dry friction in the joint works against a position loop of finite stiffness, which also sags under load."
     mark = (
         "Stick after each reversal until the set-point has moved on by 2 coulomb / stiffness; "
         "sag by load / stiffness."

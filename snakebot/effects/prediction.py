@@ -1,0 +1,349 @@
+"""Whole runs at once: what a robot with its effects would have shown, stage by stage, for a fit."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterable
+from dataclasses import dataclass
+from hashlib import blake2b
+from threading import Lock
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from snakebot.effects.effect import Track
+from snakebot.effects.stages import Stages, assemble, filled
+from snakebot.errors import BadInputError
+from snakebot.physics import servo_layout as layout
+
+if TYPE_CHECKING:
+    from snakebot.effects.spec import EffectSpec
+    from snakebot.physics import Trajectory
+    from snakebot.physics.servo_chain import Samples
+    from snakebot.robot import Robot
+
+Vector = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
+
+GRID_S = 2e-3  # of chains and of what the servo's closed forms do not cover
+
+
+@dataclass(frozen=True, eq=False)
+class Servos:
+    """What the servo stage makes of a run.
+
+    Attributes:
+        joint_angle_rad, load_nm: (T, joints).
+        powered: (T, joints) whether the servo had a set-point at that sample. A joint without one has its known angle, if
+            any, and says nothing about the servo.
+        base: (T, 6) x, y, heading of the body and their rates, where the servo stage simulated it (free joints).
+    """
+
+    joint_angle_rad: Vector
+    load_nm: Vector
+    powered: Flags
+    base: Vector | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What the body stage makes of joint angles: centre of mass (T, 2), mean link angle (T,), and velocity (T, 2)."""
+
+    t_s: Vector
+    com_m: Vector
+    heading_rad: Vector
+    velocity_m_s: Vector
+
+    @property
+    def speed_m_s(self) -> Vector:
+        """(T,) along the heading."""
+        speed: Vector = self.velocity_m_s[:, 0] * np.cos(self.heading_rad) + self.velocity_m_s[:, 1] * np.sin(
+            self.heading_rad
+        )
+        return speed
+
+    def forward_speed_m_s(self, from_s: float = -np.inf, to_s: float = np.inf) -> float:
+        """Mean velocity over a span of time, along the mean heading over that span; NaN for fewer than two samples."""
+        rows = np.flatnonzero((self.t_s >= from_s) & (self.t_s <= to_s))
+        if rows.size < 2:
+            return float("nan")
+        a, b = rows[0], rows[-1]
+        span = self.t_s[b] - self.t_s[a]
+        heading = np.trapezoid(self.heading_rad[a : b + 1], self.t_s[a : b + 1]) / span
+        way = self.com_m[b] - self.com_m[a]
+        return float((way[0] * np.cos(heading) + way[1] * np.sin(heading)) / span)
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A predicted run at T samples.
+
+    Attributes:
+        t_s: (T,).
+        applied_rad: (T, joints) set-point in force from that sample on.
+        joint_angle_rad: (T, joints).
+        encoder_rad: (T, joints) mean reading, noiseless.
+        variance_rad2: (T, joints) of the reading about it, as far as chance has a part (noise, counts, lost set-points).
+        load_nm: (T, joints) torque that each servo felt; zeros where nothing in it depends on load.
+        powered: (T, joints), see ``Servos``.
+        motion: over ground; None on a bench or where not asked for.
+    """
+
+    t_s: Vector
+    applied_rad: Vector
+    joint_angle_rad: Vector
+    encoder_rad: Vector
+    variance_rad2: Vector
+    load_nm: Vector
+    powered: Flags
+    motion: Motion | None
+
+
+def predict(
+    robot: Robot,
+    specs: Iterable[EffectSpec | str],
+    t_s: npt.ArrayLike,
+    command_rad: npt.ArrayLike,
+    *,
+    measured_rad: npt.ArrayLike | None = None,
+    applied_rad: npt.ArrayLike | None = None,
+    joint_angle_rad: npt.ArrayLike | None = None,
+    initial_rad: npt.ArrayLike | None = None,
+    load_nm: npt.ArrayLike | None = None,
+    pose: npt.ArrayLike = (0.0, 0.0, 0.0),
+    body: bool = True,
+    quantise: bool = True,
+) -> Prediction:
+    """What this robot with these effects shows of a run. Deterministic; the same kernel as ``Plant``.
+
+    A reading at ``t_s[i]`` is taken before the command of row i can have an effect. Commands are held until the next.
+
+    Args:
+        robot: its own effects are part of it.
+        specs: further effects.
+        t_s: (T,) rising times of the samples, as they were.
+        command_rad: (T, joints); NaN: servo off.
+        measured_rad: (T, joints) readings. Taken from it: the joints' start, and joints while their servo is off.
+        applied_rad: (T, joints) set-points that the board said were in force: the link stage is skipped.
+        joint_angle_rad: (T, joints) true joint angles: link and servo stage are skipped.
+        initial_rad: (joints,) joint angles at the first sample; otherwise those measured, or at rest at the first command.
+        load_nm: (T, joints) known torques on the servos; otherwise they are simulated where an effect needs them.
+        pose: x, y, heading at the first sample.
+        body: False skips the motion over ground.
+        quantise: see ``Stages.sensor``.
+
+    Raises:
+        BadInputError: shapes that do not fit, or effects that do not fit the robot.
+    """
+    return predict_stages(
+        assemble(robot, specs),
+        t_s,
+        command_rad,
+        measured_rad=measured_rad,
+        applied_rad=applied_rad,
+        joint_angle_rad=joint_angle_rad,
+        initial_rad=initial_rad,
+        load_nm=load_nm,
+        pose=pose,
+        body=body,
+        quantise=quantise,
+    )
+
+
+def predict_stages(
+    stages: Stages,
+    t_s: npt.ArrayLike,
+    command_rad: npt.ArrayLike,
+    *,
+    measured_rad: npt.ArrayLike | None = None,
+    applied_rad: npt.ArrayLike | None = None,
+    joint_angle_rad: npt.ArrayLike | None = None,
+    initial_rad: npt.ArrayLike | None = None,
+    load_nm: npt.ArrayLike | None = None,
+    pose: npt.ArrayLike = (0.0, 0.0, 0.0),
+    body: bool = True,
+    quantise: bool = True,
+) -> Prediction:
+    """``predict`` for a robot that is assembled already; the four stages one after the other."""
+    t = np.asarray(t_s, dtype=np.float64)
+    command = _table(command_rad, t, stages.robot, "command_rad")
+    measured = None if measured_rad is None else _table(measured_rad, t, stages.robot, "measured_rad")
+    if applied_rad is None:
+        track = stages.link(t, command)
+    else:
+        track = Track(t, _table(applied_rad, t, stages.robot, "applied_rad"))
+    known = None if measured is None else stages.true_angle(t, measured)
+    base: Vector | None = None
+    if joint_angle_rad is None:
+        load = None if load_nm is None else _table(load_nm, t, stages.robot, "load_nm")
+        servos = servo_stage(
+            stages, track, t, initial_rad=initial_rad, known_rad=known, load_nm=load, pose=pose
+        )
+        angle, base = servos.joint_angle_rad, servos.base
+        load_felt, powered = servos.load_nm, servos.powered
+    else:
+        angle = _table(joint_angle_rad, t, stages.robot, "joint_angle_rad")
+        load_felt, powered = np.zeros_like(angle), np.isfinite(setpoint_at(track, t))
+    reading, variance = stages.sensor(t, angle, quantise=quantise)
+    if track.variance_rad2 is not None:
+        variance = variance + setpoint_at(Track(track.time_s, track.variance_rad2), t)
+    motion = None
+    if body and stages.model is not None:
+        motion = body_stage(stages, t, angle, pose=pose) if base is None else _motion(t, base)
+    return Prediction(t, setpoint_at(track, t), angle, reading, variance, load_felt, powered, motion)
+
+
+def setpoint_at(track: Track, t_s: Vector) -> Vector:
+    """(T, joints) set-points in force from each time on; before the first one: the first one."""
+    rows = np.searchsorted(track.time_s, t_s + 1e-9, side="right") - 1
+    found: Vector = track.setpoint_rad[np.maximum(rows, 0)]
+    return found
+
+
+def servo_stage(
+    stages: Stages,
+    track: Track,
+    t_s: Vector,
+    *,
+    initial_rad: npt.ArrayLike | None = None,
+    known_rad: Vector | None = None,
+    load_nm: Vector | None = None,
+    pose: npt.ArrayLike = (0.0, 0.0, 0.0),
+) -> Servos:
+    """Set-points to joint angles.
+
+    Args:
+        initial_rad: (joints,) joint angles at the first sample; None: those of ``known_rad``, or at rest.
+        known_rad: (T, joints) true joint angles where they are known: a joint without a set-point takes them, so that
+            its servo wakes up from the right place. (A broken joint does not: it is simulated.)
+        load_nm: (T, joints) in place of the simulated load.
+    """
+    from snakebot.physics.servo_chain import DrivenChain
+
+    rows = stages.servo_rows
+    first = np.where(np.isfinite(track.setpoint_rad[0]), track.setpoint_rad[0], 0.0)
+    start = layout.rest_angle_rad(rows, first)
+    if initial_rad is not None:
+        start = np.broadcast_to(np.asarray(initial_rad, dtype=np.float64), start.shape)
+    elif known_rad is not None:
+        start = np.where(np.isfinite(known_rad[0]), known_rad[0], start)
+    start = np.where(rows[:, layout.LOCKED] == layout.RIGID_JOINT, rows[:, layout.LOCK_RAD], start)
+
+    powered = np.isfinite(setpoint_at(track, t_s))[:, rows[:, layout.SOURCE].astype(np.int64)]
+    known = None if known_rad is None else np.where(powered, np.nan, known_rad)
+    broken = bool(np.any(rows[:, layout.LOCKED] == layout.FREE_JOINT))
+    swinging = stages.model is not None and (broken or (known is None and not powered.all()))
+    load_t, load = (t_s, load_nm) if load_nm is not None else (None, None)
+    if stages.feels_load and stages.model is not None and load is None and not swinging:
+        load_t, load = _ideal_load(stages, track, t_s, start)
+    chain = DrivenChain(
+        rows,
+        start,
+        model=stages.model if swinging else None,
+        load_model=stages.model if swinging and stages.feels_load and load is None else None,
+        pose=pose,
+        t_s=float(t_s[0]),
+        grid_s=GRID_S,
+        fine=layout.needs_fine_steps(rows),
+    )
+    out = chain.run(
+        t_s,
+        track.time_s,
+        track.setpoint_rad,
+        since_s=float(t_s[0]),
+        load_t_s=load_t,
+        load_nm=load,
+        known_rad=known,
+    )
+    return Servos(out.angle, out.load, powered, out.base if swinging else None)
+
+
+def body_stage(
+    stages: Stages,
+    t_s: npt.ArrayLike,
+    joint_angle_rad: npt.ArrayLike,
+    *,
+    pose: npt.ArrayLike = (0.0, 0.0, 0.0),
+) -> Motion:
+    """Joint angles (T, joints) to motion over ground; gaps (NaN) are bridged by straight lines."""
+    trajectory = replay_stage(stages, t_s, joint_angle_rad, pose=pose)
+    return Motion(trajectory.t_s, trajectory.com_m, trajectory.heading_rad, trajectory.com_velocity_m_s)
+
+
+def replay_stage(
+    stages: Stages,
+    t_s: npt.ArrayLike,
+    joint_angle_rad: npt.ArrayLike,
+    *,
+    pose: npt.ArrayLike = (0.0, 0.0, 0.0),
+) -> Trajectory:
+    """``body_stage`` with joint torques and powers.
+
+    Raises:
+        BadInputError: the robot has no body.
+    """
+    from snakebot.physics import replay
+
+    if stages.model is None:
+        raise BadInputError(f"robot {stages.robot.name} has no body to move")
+    x, y, heading = (float(v) for v in np.asarray(pose, dtype=np.float64))
+    angle = filled(np.asarray(joint_angle_rad, dtype=np.float64))
+    return replay(stages.model, t_s, angle, x_m=x, y_m=y, heading_rad=heading)
+
+
+def _motion(t_s: Vector, base: Vector) -> Motion:
+    return Motion(t_s, base[:, 0:2], base[:, 2], base[:, 3:5])
+
+
+# The load on the servos is that of their ideal motion, which a fit of stiffness, friction or torque does not change.
+_loads: OrderedDict[bytes, tuple[Vector, Vector]] = OrderedDict()
+_loads_lock = Lock()
+_LOADS_KEPT = 32
+_AFTER_IDEAL = (
+    (layout.RATE_DROP_PER_NM, 0.0),
+    (layout.TORQUE_LIMIT_NM, np.inf),
+    (layout.INERTIA_KG_M2, 0.0),
+    (layout.DRAG_NM_S, 0.0),
+    (layout.COULOMB_NM, 0.0),
+    (layout.LOOP_COMPLIANCE_RAD_NM, 0.0),
+    (layout.COMPLIANCE_RAD_NM, 0.0),
+    (layout.BACKLASH_RAD, 0.0),
+)
+
+
+def _ideal_load(stages: Stages, track: Track, t_s: Vector, start: Vector) -> tuple[Vector, Vector]:
+    """Times (L,) and torques (L, joints) that ideal servos would bear; kept for the next call with the same motion."""
+    from snakebot.physics.servo_chain import DrivenChain
+
+    if stages.model is None:
+        raise BadInputError(f"robot {stages.robot.name} has no body that could load its servos")
+    rows = stages.servo_rows.copy()
+    for column, neutral in _AFTER_IDEAL:
+        rows[:, column] = neutral
+    mark = blake2b(stages.model.packed.tobytes())
+    slope = np.array([stages.model.slope_rad, stages.model.eps])
+    for part in (slope, rows, track.time_s, track.setpoint_rad, t_s[[0, -1]], start):
+        mark.update(np.ascontiguousarray(part).tobytes())
+    key = mark.digest()
+    with _loads_lock:
+        if key in _loads:
+            _loads.move_to_end(key)
+            return _loads[key]
+    grid = np.append(np.arange(t_s[0], t_s[-1], GRID_S), t_s[-1])
+    chain = DrivenChain(rows, start, load_model=stages.model, t_s=float(t_s[0]), grid_s=GRID_S)
+    out: Samples = chain.run(grid, track.time_s, track.setpoint_rad, since_s=float(t_s[0]))
+    with _loads_lock:
+        _loads[key] = grid, out.load
+        while len(_loads) > _LOADS_KEPT:
+            _loads.popitem(last=False)
+    return grid, out.load
+
+
+def _table(given: npt.ArrayLike, t_s: Vector, robot: Robot, name: str) -> Vector:
+    table = np.asarray(given, dtype=np.float64)
+    if t_s.ndim != 1 or t_s.size < 2 or table.shape != (t_s.size, robot.joints):
+        raise BadInputError(
+            f"prediction: {name} is {table.shape}; expected ({t_s.size}, {robot.joints}) for {robot.joints} joints"
+        )
+    return table

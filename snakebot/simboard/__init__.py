@@ -1,7 +1,7 @@
 """A board that is not there: the same protocol in front of simulated joints and a simulated body.
 
-``SimBoard`` is the board without a wire; ``InProcessLink`` is a wire to it in this process; ``serve`` puts it on a real one
-(``PtyEnd``, ``TcpEnd``, or any other link).
+``SimBoard`` is the board without a wire; ``InProcessLink`` is a wire to it in this process; ``serve`` puts it on a real
+one (``PtyEnd``, ``TcpEnd``, or any other link).
 """
 
 from __future__ import annotations

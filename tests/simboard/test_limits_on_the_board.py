@@ -70,7 +70,7 @@ def run(
     return executed
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(ticks, limits, st.floats(-1.0, 1.0))
 def test_no_executed_setpoint_breaks_a_limit(
     stream: list, limit: tuple[float, float, float], start_share: float
@@ -88,7 +88,7 @@ def test_no_executed_setpoint_breaks_a_limit(
         speed_before, fuzz_before = moved, fuzz
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(ticks, limits, st.floats(-1.0, 1.0))
 def test_on_the_clock_no_more_is_moved_than_time_has_passed(
     stream: list, limit: tuple[float, float, float], start_share: float
@@ -101,7 +101,7 @@ def test_on_the_clock_no_more_is_moved_than_time_has_passed(
             assert abs(now - before) <= allowed + 1e-9
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(ticks, limits, st.floats(0.01, 1.0), st.sampled_from([-1, 1]))
 def test_a_joint_that_starts_outside_its_limit_only_goes_inwards(
     stream: list, limit: tuple[float, float, float], outside_rad: float, side: int

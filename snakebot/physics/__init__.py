@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from snakebot.physics.chain import FREE, PRESCRIBED, TORQUE, Chain, Drive
-    from snakebot.physics.gaits import GaitResults, Pid, gait_trajectory, simulate_gaits
+    from snakebot.physics.gaits import GaitResults, Pid, gait_eps_m_s, gait_trajectory, simulate_gaits
     from snakebot.physics.model import ChainModel
     from snakebot.physics.trajectory import Trajectory, replay
 
@@ -23,6 +23,7 @@ _HOME = {
     "FREE": "chain",
     "GaitResults": "gaits",
     "Pid": "gaits",
+    "gait_eps_m_s": "gaits",
     "gait_trajectory": "gaits",
     "simulate_gaits": "gaits",
     "Trajectory": "trajectory",
@@ -39,6 +40,7 @@ __all__ = [
     "GaitResults",
     "Pid",
     "Trajectory",
+    "gait_eps_m_s",
     "gait_trajectory",
     "replay",
     "simulate_gaits",

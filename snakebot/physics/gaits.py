@@ -21,8 +21,11 @@ from snakebot.physics.trajectory import Trajectory
 Vector = npt.NDArray[np.float64]
 _Setup = tuple[Vector, float, float, npt.NDArray[np.int64], Vector, float, Vector, int, int, int]
 
-STEPS_PER_CYCLE = 200  # with it, halving the step moves speed and power by less than 0.2 %
-FREE_STEPS_PER_CYCLE = 1600  # a swinging link answers faster than the gait
+# With these, halving the step moves speed and power by less than 0.2 %.
+VISCOUS_STEPS_PER_CYCLE = 200
+COULOMB_STEPS_PER_CYCLE = 400
+FREE_STEPS_PER_CYCLE = 1600  # a swinging link, or one on a stiff servo, answers faster than the gait
+EPS_SHARE = 0.005  # of alpha omega l, the speed that the gait itself gives to the links
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,8 @@ def simulate_gaits(
 ) -> GaitResults:
     """Simulate serpentine gaits (27) from rest and average the last cycles.
 
-    The amplitude is ramped in over the first cycle. Joints are numbered from 1.
+    The amplitude is ramped in over the first cycle. Joints are numbered from 1. The regularised sign of the Coulomb
+    term turns within ``gait_eps_m_s``, so that slow gaits do not creep through it.
 
     Args:
         model: the chain.
@@ -98,6 +102,11 @@ def simulate_gaits(
     out = np.zeros((len(table), 6))
     _batch(table, *setup, out)
     return GaitResults(table, *(np.ascontiguousarray(column) for column in out.T))
+
+
+def gait_eps_m_s(model: ChainModel, alpha_rad: float, omega_rad_s: float) -> float:
+    """Width of the regularised sign for a gait: ``model.eps``, or a small share of the links' speed if that is less."""
+    return float(_gait_eps(model.packed, model.eps, alpha_rad, omega_rad_s))
 
 
 def gait_trajectory(
@@ -149,7 +158,7 @@ def _setup(
         kind[(kind == PRESCRIBED) & np.isnan(stuck)] = TORQUE
         gains[:] = (pid.kp_nm_rad, pid.ki_nm_rad_s, pid.kd_nm_s_rad)
     if steps_per_cycle is None:
-        steps_per_cycle = STEPS_PER_CYCLE if np.all(kind == PRESCRIBED) else FREE_STEPS_PER_CYCLE
+        steps_per_cycle = default_steps_per_cycle(model, all_prescribed=bool(np.all(kind == PRESCRIBED)))
     if steps_per_cycle < 8:
         raise BadInputError(f"physics: {steps_per_cycle} steps per cycle are too few; give at least 8")
     slope = STANDARD_GRAVITY_M_S2 * math.sin(model.slope_rad)
@@ -157,6 +166,14 @@ def _setup(
         model.packed, slope, model.eps, kind, stuck, float(servo_time_constant_s), gains, cycles, averaged_cycles,
         steps_per_cycle,
     )  # fmt: skip
+
+
+def default_steps_per_cycle(model: ChainModel, *, all_prescribed: bool = True) -> int:
+    """Time steps in a cycle that suffice for an error of about 0.1 %."""
+    if not all_prescribed:
+        return FREE_STEPS_PER_CYCLE
+    coulomb = np.any(model.ct0 > 0) or np.any(model.cn0 > 0)
+    return COULOMB_STEPS_PER_CYCLE if coulomb else VISCOUS_STEPS_PER_CYCLE
 
 
 def joint_kinds(
@@ -230,6 +247,12 @@ def reference(gait: Any, tau: float, t: float, kind: Any, stuck: Any, phi: Any, 
         acc[j] = dd_ramp * f + 2.0 * d_ramp * df + ramp * ddf
 
 
+@jit
+def _gait_eps(links: Any, eps: float, alpha: float, omega: float) -> float:
+    own = EPS_SHARE * abs(alpha) * omega * links[kernel.HALF].mean()
+    return min(eps, own) if own > 0.0 else eps
+
+
 @jit_parallel
 def _batch(
     gaits: Any, links: Any, slope: float, eps: float, kind: Any, stuck: Any, tau: float, gains: Any, cycles: int,
@@ -248,6 +271,7 @@ def _one_gait(
     averaged: int, steps: int, out: Any, trace: Any,
 ) -> None:  # fmt: skip
     n = links.shape[1]
+    eps = _gait_eps(links, eps, gait[0], gait[2])
     work, stage = kernel.workspace(n)
     base = np.zeros(6)
     phi, dphi, acc = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)

@@ -108,7 +108,7 @@ def replay(
         )
     if not max_step_s > 0:
         raise BadInputError(f"physics: the time step must be above zero, it is {max_step_s}")
-    rate = np.gradient(angle, t, axis=0, edge_order=1)
+    rate = np.gradient(angle, t, axis=0, edge_order=2 if t.size > 2 else 1)
     size, k = angle.shape
     torque = np.zeros((size, k))
     base = np.zeros((size, 6))

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from physics_peers import MujocoChain
 
-from snakebot.physics import ChainModel, Pid, gait_trajectory
+from snakebot.physics import ChainModel, Pid, gait_eps_m_s, gait_trajectory
 
 pytest.importorskip("mujoco")
 
@@ -28,8 +28,9 @@ def both(model, gait, kp, kd, free=(), rigid=None):
     """Rows (com_x, com_y, psi, power_in, power_dissipated) of MuJoCo and of the kernel, at the same times."""
     period = 2 * math.pi / gait[2]
     every = math.ceil(period / SAMPLES / MUJOCO_STEP_S)
+    same_eps = model.with_eps(gait_eps_m_s(model, gait[0], gait[2]))
     peer = MujocoChain(
-        model, dt_s=period / SAMPLES / every, kp=kp, kd=kd, free=tuple(free), rigid=rigid or {}
+        same_eps, dt_s=period / SAMPLES / every, kp=kp, kd=kd, free=tuple(free), rigid=rigid or {}
     )  # fmt: skip
     other = peer.run(gait, CYCLES * SAMPLES * every, every)[:, 1:]
     steps = 800
@@ -50,8 +51,13 @@ def assert_same(model, gait, other, ours):
     assert np.abs(ours[:, :2] - other[:, :2]).max() < 0.01 * way + 0.002 * length
     assert np.abs(ours[:, 2] - other[:, 2]).max() < 0.02
     last = slice(-SAMPLES, None)
-    speeds = [np.linalg.norm(rows[-1, :2] - rows[-1 - SAMPLES, :2]) * gait[2] / (2 * math.pi) for rows in (other, ours)]
-    swing = gait[0] * gait[2] * float(model.half_length.mean())  # what the links move by, even where the robot does not
+    speeds = [
+        np.linalg.norm(rows[-1, :2] - rows[-1 - SAMPLES, :2]) * gait[2] / (2 * math.pi)
+        for rows in (other, ours)
+    ]
+    swing = (
+        gait[0] * gait[2] * float(model.half_length.mean())
+    )  # what the links move by, even where the robot does not
     assert speeds[1] == pytest.approx(speeds[0], rel=0.01, abs=0.005 * swing)
     powers = [rows[last, 3:].mean(axis=0) for rows in (other, ours)]
     assert powers[1] == pytest.approx(powers[0], rel=0.01, abs=1e-3 * float(model.cn.mean()) * swing**2)
@@ -78,16 +84,21 @@ def cases(draw):
     model = ChainModel(
         mass=mass, half_length=half, inertia=mass * half**2 / 3, ct=per_link(0.1, 2.0), cn=cn,
         ct0=per_link(0.1, 0.6) * coulomb, cn0=per_link(0.5, 2.0) * coulomb,
-        contact=np.full(n, float(draw(st.booleans()))), slope_rad=draw(number(-0.02, 0.02)), eps=2e-3,
+        contact=np.full(n, float(draw(st.booleans()))), slope_rad=draw(number(-0.02, 0.02)),
     )  # fmt: skip
     joints = draw(st.permutations(range(1, n)))
     free = joints[: draw(st.integers(0, min(1, n - 2)))]
-    rigid = {j: draw(number(-0.6, 0.6)) for j in joints[len(free) : len(free) + draw(st.integers(0, max(0, n - 4)))]}
+    rigid = {
+        j: draw(number(-0.6, 0.6))
+        for j in joints[len(free) : len(free) + draw(st.integers(0, max(0, n - 4)))]
+    }
     gait = (draw(number(0.3, 1.0)), draw(number(0.6, 1.8)), draw(number(1.0, 3.0)))
     return model, gait, tuple(free), rigid
 
 
-@settings(max_examples=12, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck), database=None)
+@settings(
+    max_examples=12, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck), database=None
+)
 @given(cases())
 def test_random_chains_move_as_in_mujoco(case):
     model, gait, free, rigid = case
@@ -95,7 +106,9 @@ def test_random_chains_move_as_in_mujoco(case):
 
 
 @pytest.mark.slow
-@settings(max_examples=150, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck), database=None)
+@settings(
+    max_examples=150, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck), database=None
+)
 @given(cases())
 def test_many_random_chains_move_as_in_mujoco(case):
     model, gait, free, rigid = case

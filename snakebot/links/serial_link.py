@@ -1,0 +1,198 @@
+"""A board on a serial line, or behind anything that pyserial can open: frames in COBS with a CRC."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from time import monotonic
+from typing import Any
+from urllib.parse import urlsplit
+
+from firmware_protocol.frame import Frame
+from firmware_protocol.framing import StreamDecoder, pack_all
+from snakebot.errors import BadInputError, LostBoardError, NoBoardError
+from snakebot.links.base import Link
+from snakebot.links.port import SerialPort
+from snakebot.links.stream import FdStream, Stream, ThreadStream, connect_tcp
+
+_CONNECT_S = 3.0  # for TCP
+
+
+class SerialLink(Link):
+    """Frames over a byte stream, each batch in one write.
+
+    ``low_latency`` is True when the driver was switched to hand every byte on at once, None where it has no such
+    switch (pseudo-terminals, TCP).
+    """
+
+    def __init__(self, port: str, stream: Stream, low_latency: bool | None = None) -> None:
+        super().__init__(port)
+        self.low_latency = low_latency
+        self._stream = stream
+        self._decoder = StreamDecoder()
+        self._closed = False
+
+    def send(self, frames: Sequence[Frame]) -> None:
+        """Hand all frames to the line in one write.
+
+        Raises:
+            LostBoardError: the line is gone, or has taken no byte for 80 ms.
+            ProtocolError: a frame that the protocol does not have (a fault of the caller).
+        """
+        if self._closed:
+            raise _closed(self.port)
+        if not frames:
+            return
+        data = pack_all(frames)
+        try:
+            self._stream.write(data)
+        except OSError as error:
+            raise _lost(self.port, error) from None
+        self.statistics.sent += len(frames)
+        self.statistics.bytes_sent += len(data)
+
+    def receive(self, timeout_s: float) -> list[Frame]:
+        """All frames that are there, after at most ``timeout_s``.
+
+        Raises:
+            LostBoardError: the line is gone.
+        """
+        if self._closed:
+            raise _closed(self.port)
+        deadline_s = monotonic() + timeout_s
+        while True:
+            try:
+                data = self._stream.read(timeout_s)
+            except OSError as error:
+                raise _lost(self.port, error) from None
+            if data:
+                frames = self._decoder.feed(data)
+                self.statistics.bytes_received += len(data)
+                self.statistics.corrupt = self._decoder.corrupt
+                if frames:
+                    self.statistics.received += len(frames)
+                    return frames
+            timeout_s = deadline_s - monotonic()  # half a packet has come, or nothing
+            if timeout_s <= 0:
+                return []
+
+    def close(self) -> None:
+        if not self._closed:
+            self._closed = True
+            self._stream.close()
+
+
+def open_serial(port: SerialPort) -> SerialLink:
+    """Open a serial port or a pyserial URL, for us alone.
+
+    Raises:
+        BadInputError: the URL or the baud rate is none.
+        NoBoardError: no such device, no permission, in use by another program, nobody listens.
+    """
+    name = str(port)
+    if port.device.lower().startswith("socket://") and os.name == "posix":
+        return SerialLink(name, _open_tcp(name, port.device))
+    device = _open_pyserial(name, port)
+    if not _has_descriptor(device):
+        return SerialLink(name, ThreadStream(device))
+    low_latency = set_low_latency(device)
+    return SerialLink(name, FdStream(device.fileno(), device.close), low_latency)
+
+
+def _open_tcp(name: str, url: str) -> Stream:
+    """pyserial's own socket:// waits 0.3 s when it closes and leaves Nagle's delay on."""
+    try:
+        parts = urlsplit(url)
+        host, number = parts.hostname, parts.port
+    except ValueError:
+        host, number = None, None
+    if host is None or number is None:
+        raise BadInputError(f"port {name}: must be socket://HOST:PORT, for example socket://127.0.0.1:5555")
+    try:
+        return connect_tcp(host, number, _CONNECT_S)
+    except (OSError, UnicodeError) as error:
+        raise NoBoardError(
+            f"{name}: cannot connect: {_reason(error)}: is the board's server running there?"
+        ) from None
+
+
+def _open_pyserial(name: str, port: SerialPort) -> Any:
+    import serial
+
+    try:
+        device = serial.serial_for_url(
+            port.device, baudrate=port.baud, rtscts=port.rtscts, timeout=0, do_not_open=True
+        )
+        if port.dtr is not None:
+            device.dtr = port.dtr
+        if os.name == "posix":
+            device.exclusive = True
+        device.open()
+    except KeyError:  # pyserial's answer to an option that it does not know
+        raise BadInputError(f"port {name}: the URL has an option that pyserial does not know") from None
+    except ValueError as error:
+        raise BadInputError(f"port {name}: {error}") from None
+    except OSError as error:  # SerialException is one
+        raise NoBoardError(f"{name}: {_hint(error, port.device)}") from None
+    return device
+
+
+def _has_descriptor(device: Any) -> bool:
+    """True for a plain tty. A spy:// port is one too, but must see the bytes go by."""
+    return os.name == "posix" and type(device).__module__ == "serial.serialposix"
+
+
+def set_low_latency(device: Any) -> bool | None:
+    """Ask the driver of an open pyserial port to hand bytes on at once (1 ms instead of 16 ms on FTDI adapters).
+
+    Returns:
+        True: it does so now. None: it has no such switch, or does not let us.
+    """
+    try:
+        device.set_low_latency_mode(True)
+    except (OSError, ValueError, NotImplementedError, AttributeError):
+        return None
+    return True
+
+
+def _hint(error: OSError, device: str) -> str:
+    """What is wrong with a device that does not open, and what to do."""
+    if "exclusively lock" in str(error):
+        return "is in use by another program (another run, a terminal program, ModemManager): end that first"
+    if "Could not configure port" in str(error):
+        return "is not a serial device"
+    match error.errno:
+        case errno.ENOENT | errno.ENODEV | errno.ENXIO:
+            return "no such device: is it plugged in? `snakebot board list` shows what is there"
+        case errno.EACCES | errno.EPERM:
+            return f"no permission: {permission_advice(device)}"
+        case errno.EBUSY:
+            return "is in use by another program: end that first"
+        case errno.ENOTTY | errno.EISDIR | errno.EINVAL:
+            return "is not a serial device"
+    return f"cannot be opened: {_reason(error)}"
+
+
+def permission_advice(device: str) -> str:
+    """Who may open the device, as one piece of advice."""
+    try:
+        group = Path(device).group()
+    except (OSError, KeyError, NotImplementedError):
+        group = "dialout"
+    return f"`sudo usermod -aG {group} $USER`, then log in again"
+
+
+def _reason(error: Exception) -> str:
+    return str(getattr(error, "strerror", None) or error)
+
+
+def _lost(port: str, error: OSError) -> LostBoardError:
+    if error.errno == errno.ENOBUFS:
+        return LostBoardError(f"{port}: {_reason(error)}")
+    return LostBoardError(f"{port}: the line was lost: {_reason(error)}: check cable and supply")
+
+
+def _closed(port: str) -> LostBoardError:
+    return LostBoardError(f"{port}: the link is closed")

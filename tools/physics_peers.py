@@ -157,8 +157,8 @@ def mujoco_xml(model: ChainModel, dt_s: float, rigid: dict[int, float], integrat
 class MujocoChain:
     """A MuJoCo chain that does a gait. Free joints feel nothing, rigid ones are welded, the others have a PD servo.
 
-    The servo's torque kp (ref - phi) + kd (dref - dphi) and the ground's force are generalised forces of the state at the
-    start of each step, which is what MuJoCo's Euler integrator asks for.
+    The servo's torque kp (ref - phi) + kd (dref - dphi) and the ground's force are generalised forces of the state at
+    the start of each step, which is what MuJoCo's Euler integrator asks for.
     """
 
     def __init__(
@@ -201,7 +201,7 @@ class MujocoChain:
         self.data.qpos[0:2] -= row[0:2]
 
     def run(self, gait: tuple[float, float, float], steps: int, every: int) -> np.ndarray[Any, Any]:
-        """Rows (t, com_x, com_y, psi, power_in, power_dissipated) every ``every`` steps; powers are means since the last."""
+        """Rows (t, com_x, com_y, psi, power_in, power_dissipated) every ``every`` steps; powers are means."""
         self.put_down()
         out = np.zeros((steps // every, 6))
         _mujoco_loop(

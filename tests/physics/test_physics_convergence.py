@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -66,5 +67,5 @@ def test_the_error_falls_with_the_square_of_the_step():
         np.abs(measures("penn_state", 66, 80, 2.0, steps_per_cycle=s) / exact - 1).max()
         for s in (400, 800, 1600, 3200)
     ]
-    assert all(after < before / 3 for before, after in zip(errors, errors[1:], strict=False))
+    assert all(after < before / 3 for before, after in pairwise(errors))
     assert errors[-1] < 1e-4

@@ -147,7 +147,7 @@ def two_links(m=1.3, half=0.11, c=0.0):
 
 
 def test_two_free_links_fold_as_their_first_integral_says():
-    """T = A(phi) psi'^2 + B(phi) phi'^2 / 2 with A = J + m l^2 (1 + cos phi) / 2, B = (J + m l^2 (1 - cos phi) / 2) / 2."""
+    """T = A psi'^2 + B phi'^2 / 2, A = J + m l^2 (1 + cos phi) / 2, B = (J + m l^2 (1 - cos phi) / 2) / 2."""
     model = two_links()
     m, half, J = model.mass[0], model.half_length[0], model.inertia[0]
     B = lambda phi: 0.5 * (J + 0.5 * m * half**2 * (1 - math.cos(phi)))  # noqa: E731
@@ -169,7 +169,7 @@ def test_two_free_links_fold_as_their_first_integral_says():
 
 
 def test_torque_on_two_links_on_even_ground_in_closed_form():
-    """With c_t = c_n = c on the whole length friction is c/m times momentum: u = B phi'' + B' phi'^2 / 2 + (c/m) B phi'."""
+    """With c_t = c_n = c friction is c/m times momentum: u = B phi'' + B' phi'^2 / 2 + (c/m) B phi'."""
     c = 3.0
     model = two_links(c=c)
     m, half, J = model.mass[0], model.half_length[0], model.inertia[0]

@@ -47,7 +47,7 @@ def both(model, gait, kp, kd, free=(), rigid=None):
 def assert_same(model, gait, other, ours):
     length = float(2 * model.half_length.sum())
     way = np.linalg.norm(np.diff(other[:, :2], axis=0), axis=1).sum()
-    # MuJoCo's semi-implicit Euler step has an error of first order: a fourth of the step leaves a fourth of the distance.
+    # MuJoCo's semi-implicit Euler step errs in first order: a fourth of the step leaves a fourth of the distance.
     assert np.abs(ours[:, :2] - other[:, :2]).max() < 0.01 * way + 0.002 * length
     assert np.abs(ours[:, 2] - other[:, 2]).max() < 0.02
     last = slice(-SAMPLES, None)

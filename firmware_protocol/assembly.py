@@ -217,6 +217,8 @@ class SampleAssembler:
         applied: list[float] = []
         for index in range(count):
             m, a = parts.measured[index], parts.applied[index]
-            counts += [None if c == NO_READING else c for c in (m.first_counts, m.second_counts, m.third_counts)]
+            counts += [
+                None if c == NO_READING else c for c in (m.first_counts, m.second_counts, m.third_counts)
+            ]
             applied += [a.first_rad, a.second_rad, a.third_rad]
         return Sample(parts.state, tuple(counts[: self.joints]), tuple(applied[: self.joints]))

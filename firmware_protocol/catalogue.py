@@ -7,10 +7,12 @@ only gives a message's signals names and types; a test holds the two against eac
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from enum import IntEnum
 from functools import cache
 from importlib.resources import files
+from operator import attrgetter
 from typing import Any, ClassVar
 
 import cantools
@@ -18,6 +20,7 @@ from cantools.database.can import Database
 from cantools.database.can import Message as DbcMessage
 
 from firmware_protocol.frame import Frame, ProtocolError
+from firmware_protocol.packing import Layout
 
 PROTOCOL_MAJOR = 1
 PROTOCOL_MINOR = 0
@@ -320,17 +323,21 @@ def catalogue_hash() -> int:
 
 
 class _Codec:
-    """One message's class beside its definition, looked up once."""
+    """One message's class beside its layout, looked up once."""
 
-    __slots__ = ("cls", "definition", "enums", "id", "length", "names")
+    __slots__ = ("cls", "enums", "id", "layout", "values")
 
     def __init__(self, cls: type[Message], definition: DbcMessage) -> None:
         self.cls = cls
-        self.definition = definition
+        names = [field.name for field in fields(cls)]  # type: ignore[arg-type]
+        self.layout = Layout(definition, names)
         self.id = definition.frame_id
-        self.length = definition.length
-        self.names = tuple(field.name for field in fields(cls))  # type: ignore[arg-type]
-        self.enums = tuple(cls.enums.items())
+        self.values: Callable[[Message], tuple[float, ...]] = (
+            attrgetter(*names) if len(names) > 1 else lambda message: (getattr(message, names[0]),)
+        )
+        self.enums = [
+            (names.index(name), {int(item): item for item in enum}) for name, enum in cls.enums.items()
+        ]
 
 
 @cache
@@ -351,11 +358,7 @@ def encode(message: Message) -> Frame:
         ProtocolError: a value is outside the range that the DBC gives its signal, or not a number.
     """
     codec = _codecs()[0][type(message)]
-    values = {name: getattr(message, name) for name in codec.names}
-    try:
-        return Frame(codec.id, codec.definition.encode(values, scaling=True, padding=False, strict=True))
-    except (cantools.database.EncodeError, ValueError, OverflowError, TypeError) as error:
-        raise ProtocolError(f"{type(message).__name__}: {error}") from None
+    return Frame(codec.id, codec.layout.pack(codec.values(message)))
 
 
 def decode(frame: Frame) -> Message:
@@ -368,12 +371,14 @@ def decode(frame: Frame) -> Message:
     codec = _codecs()[1].get(frame.id)
     if codec is None:
         raise ProtocolError(f"{frame}: no message has this identifier")
-    if len(frame.data) != codec.length:
-        raise ProtocolError(f"{frame}: {codec.cls.__name__} has {codec.length} bytes, not {len(frame.data)}")
-    try:
-        values: dict[str, Any] = codec.definition.decode(frame.data, decode_choices=False)  # type: ignore[assignment]
-        for name, enum in codec.enums:
-            values[name] = enum(values[name])
-    except (cantools.database.DecodeError, ValueError) as error:
-        raise ProtocolError(f"{frame}: {codec.cls.__name__}: {error}") from None
-    return codec.cls(**values)
+    if len(frame.data) != codec.layout.length:
+        raise ProtocolError(
+            f"{frame}: {codec.cls.__name__} has {codec.layout.length} bytes, not {len(frame.data)}"
+        )
+    values: list[Any] = codec.layout.unpack(frame.data)
+    for index, items in codec.enums:
+        item = items.get(values[index])
+        if item is None:
+            raise ProtocolError(f"{frame}: {codec.cls.__name__}: {values[index]} has no name")
+        values[index] = item
+    return codec.cls(*values)

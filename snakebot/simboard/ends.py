@@ -104,7 +104,7 @@ class TcpEnd(Link):
             raise NoBoardError(f"cannot listen on {host}:{port}: {error}") from None
         self._door.setblocking(False)
         self.address: tuple[str, int] = self._door.getsockname()[:2]
-        super().__init__(f"socket://{self.address[0]}:{self.address[1]}")
+        super().__init__(f"serial:socket://{self.address[0]}:{self.address[1]}")
         self._hosts: dict[socket.socket, StreamDecoder] = {}
 
     def send(self, frames: Sequence[Frame]) -> None:

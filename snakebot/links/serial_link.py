@@ -4,87 +4,24 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Sequence
 from pathlib import Path
-from time import monotonic
 from typing import Any
 from urllib.parse import urlsplit
 
-from firmware_protocol.frame import Frame
 from firmware_protocol.framing import StreamDecoder, pack_all
-from snakebot.errors import BadInputError, LostBoardError, NoBoardError
-from snakebot.links.base import Link
+from snakebot.errors import BadInputError, NoBoardError
 from snakebot.links.port import SerialPort
 from snakebot.links.stream import FdStream, Stream, ThreadStream, connect_tcp
+from snakebot.links.stream_link import StreamLink
 
 _CONNECT_S = 3.0  # for TCP
 
 
-class SerialLink(Link):
-    """Frames over a byte stream, each batch in one write.
-
-    ``low_latency`` is True when the driver was switched to hand every byte on at once, None where it has no such
-    switch (pseudo-terminals, TCP).
-    """
-
-    def __init__(self, port: str, stream: Stream, low_latency: bool | None = None) -> None:
-        super().__init__(port)
-        self.low_latency = low_latency
-        self._stream = stream
-        self._decoder = StreamDecoder()
-        self._closed = False
-
-    def send(self, frames: Sequence[Frame]) -> None:
-        """Hand all frames to the line in one write.
-
-        Raises:
-            LostBoardError: the line is gone, or has taken no byte for 80 ms.
-            ProtocolError: a frame that the protocol does not have (a fault of the caller).
-        """
-        if self._closed:
-            raise _closed(self.port)
-        if not frames:
-            return
-        data = pack_all(frames)
-        try:
-            self._stream.write(data)
-        except OSError as error:
-            raise _lost(self.port, error) from None
-        self.statistics.sent += len(frames)
-        self.statistics.bytes_sent += len(data)
-
-    def receive(self, timeout_s: float) -> list[Frame]:
-        """All frames that are there, after at most ``timeout_s``.
-
-        Raises:
-            LostBoardError: the line is gone.
-        """
-        if self._closed:
-            raise _closed(self.port)
-        deadline_s = monotonic() + timeout_s
-        while True:
-            try:
-                data = self._stream.read(timeout_s)
-            except OSError as error:
-                raise _lost(self.port, error) from None
-            if data:
-                frames = self._decoder.feed(data)
-                self.statistics.bytes_received += len(data)
-                self.statistics.corrupt = self._decoder.corrupt
-                if frames:
-                    self.statistics.received += len(frames)
-                    return frames
-            timeout_s = deadline_s - monotonic()  # half a packet has come, or nothing
-            if timeout_s <= 0:
-                return []
-
-    def close(self) -> None:
-        if not self._closed:
-            self._closed = True
-            self._stream.close()
+def _serial_link(port: str, stream: Stream, low_latency: bool | None = None) -> StreamLink:
+    return StreamLink(port, stream, pack_all, StreamDecoder(), low_latency)
 
 
-def open_serial(port: SerialPort) -> SerialLink:
+def open_serial(port: SerialPort) -> StreamLink:
     """Open a serial port or a pyserial URL, for us alone.
 
     Raises:
@@ -93,12 +30,12 @@ def open_serial(port: SerialPort) -> SerialLink:
     """
     name = str(port)
     if port.device.lower().startswith("socket://") and os.name == "posix":
-        return SerialLink(name, _open_tcp(name, port.device))
+        return _serial_link(name, _open_tcp(name, port.device))
     device = _open_pyserial(name, port)
     if not _has_descriptor(device):
-        return SerialLink(name, ThreadStream(device))
+        return _serial_link(name, ThreadStream(device))
     low_latency = set_low_latency(device)
-    return SerialLink(name, FdStream(device.fileno(), device.close), low_latency)
+    return _serial_link(name, FdStream(device.fileno(), device.close), low_latency)
 
 
 def _open_tcp(name: str, url: str) -> Stream:
@@ -135,7 +72,7 @@ def _open_pyserial(name: str, port: SerialPort) -> Any:
     except ValueError as error:
         raise BadInputError(f"port {name}: {error}") from None
     except OSError as error:  # SerialException is one
-        raise NoBoardError(f"{name}: {_hint(error, port.device)}") from None
+        raise NoBoardError(f"{name}: {open_error(error, port.device)}") from None
     return device
 
 
@@ -157,7 +94,7 @@ def set_low_latency(device: Any) -> bool | None:
     return True
 
 
-def _hint(error: OSError, device: str) -> str:
+def open_error(error: OSError, device: str) -> str:
     """What is wrong with a device that does not open, and what to do."""
     if "exclusively lock" in str(error):
         return "is in use by another program (another run, a terminal program, ModemManager): end that first"
@@ -186,13 +123,3 @@ def permission_advice(device: str) -> str:
 
 def _reason(error: Exception) -> str:
     return str(getattr(error, "strerror", None) or error)
-
-
-def _lost(port: str, error: OSError) -> LostBoardError:
-    if error.errno == errno.ENOBUFS:
-        return LostBoardError(f"{port}: {_reason(error)}")
-    return LostBoardError(f"{port}: the line was lost: {_reason(error)}: check cable and supply")
-
-
-def _closed(port: str) -> LostBoardError:
-    return LostBoardError(f"{port}: the link is closed")

@@ -1,0 +1,207 @@
+"""A session made ready: spikes taken out, servo-off stretches cut, repeats and gaits told apart.
+
+Nothing here knows an effect. Everything downstream works on ``Data``: for each run the arrays, and for each joint a mask
+of the samples that may be compared with a prediction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from snakebot.robot import Robot
+    from snakebot.runlog import Run, Session
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+SPIKE_MAD = 8.0  # a lone sample this many robust deviations off its neighbours is a bad reading
+SPIKE_COUNTS = 6.0  # ... and at least this many encoder counts
+SAME_MOTION = 0.01  # commands closer than this share of their amplitude are the same motion
+WAKE_UP_S = 0.05  # after a servo comes back its state is not known for this long
+BLOCK_S = 1.0
+MIN_SAMPLES = 8  # of a joint in a run, below which the run tells nothing about it
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedRun:
+    """One run: N samples of k joints."""
+
+    name: str
+    t_s: Floats  # (N,) from zero
+    command_rad: Floats  # (N, k); nan = servo off
+    measured_rad: Floats  # (N, k); nan = lost or a spike
+    use: Bools  # (N, k): compared with predictions
+    applied_rad: Floats | None  # (N, k)
+    pose: Floats | None  # (N, 3), heading unwrapped
+    forward_speed_m_s: float | None
+    omega_rad_s: float | None  # of the gait, when there is one
+    motion: int  # runs of the same motion share this number
+    hold_out: bool
+    blocks: NDArray[np.int64]  # (N,) number of the block each sample belongs to
+
+    @property
+    def period_s(self) -> float:
+        return float(np.median(np.diff(self.t_s)))
+
+    @property
+    def duration_s(self) -> float:
+        return float(self.t_s[-1])
+
+
+@dataclass(frozen=True, eq=False)
+class Data:
+    """All runs of a session, prepared."""
+
+    robot: Robot
+    runs: tuple[PreparedRun, ...]
+    spikes: int  # samples taken out as bad readings
+
+    @property
+    def joints(self) -> int:
+        return self.robot.joints
+
+    @property
+    def motions(self) -> tuple[int, ...]:
+        return tuple(sorted({run.motion for run in self.runs}))
+
+    @property
+    def quantiser_rad(self) -> float:
+        """Standard deviation that rounding to encoder counts brings in."""
+        return self.robot.rad_per_count / np.sqrt(12.0)
+
+    @property
+    def has_ground(self) -> bool:
+        """Whether the session says anything about the motion over ground."""
+        return self.robot.body is not None and any(
+            run.pose is not None or run.forward_speed_m_s is not None for run in self.runs
+        )
+
+
+def prepare(session: Session) -> Data:
+    """Clean the runs of a session; see the module.
+
+    Runs that are too short to be used at all are left out (``sanity`` warns about them).
+    """
+    motions = motion_numbers(session.runs)
+    runs, spikes = [], 0
+    for run, motion in zip(session.runs, motions, strict=True):
+        if len(run) < MIN_SAMPLES:
+            continue
+        prepared, bad = _prepare_run(run, motion, session.robot.rad_per_count)
+        runs.append(prepared)
+        spikes += bad
+    return Data(session.robot, tuple(runs), spikes)
+
+
+def _prepare_run(run: Run, motion: int, rad_per_count: float) -> tuple[PreparedRun, int]:
+    t = run.t_s - run.t_s[0]
+    measured = run.measured_rad.copy()
+    bad = spikes(measured, SPIKE_COUNTS * rad_per_count)
+    measured[bad] = np.nan
+    powered = np.isfinite(run.command_rad)
+    use = np.isfinite(measured) & powered
+    use &= ~_within_after(~powered, t, WAKE_UP_S)
+    pose = None
+    if run.pose is not None and np.isfinite(run.pose).any():
+        pose = run.pose.copy()
+        known = np.isfinite(pose[:, 2])
+        pose[known, 2] = np.unwrap(pose[known, 2])
+    omega = float(run.gait.omega_rad_s) if run.gait is not None else None
+    return (
+        PreparedRun(
+            name=run.name,
+            t_s=t,
+            command_rad=run.command_rad,
+            measured_rad=measured,
+            use=use,
+            applied_rad=run.applied_rad,
+            pose=pose,
+            forward_speed_m_s=run.forward_speed_m_s,
+            omega_rad_s=omega,
+            motion=motion,
+            hold_out=run.hold_out,
+            blocks=block_numbers(t),
+        ),
+        int(bad.sum()),
+    )
+
+
+def block_numbers(t_s: Floats) -> NDArray[np.int64]:
+    """Blocks of ``BLOCK_S``, long against the memory of a servo, but at least four a run; (N,)."""
+    length = min(BLOCK_S, max(float(t_s[-1]) / 4, 1e-9))
+    last = max(int(t_s[-1] / length * (1 + 1e-9)) - 1, 0)
+    return np.minimum((t_s / length).astype(np.int64), last)
+
+
+def spikes(measured_rad: Floats, least_rad: float) -> Bools:
+    """Single samples far from both neighbours, which agree with each other; (N, k)."""
+    bad = np.zeros(measured_rad.shape, dtype=bool)
+    if measured_rad.shape[0] < 5:
+        return bad
+    before, here, after = measured_rad[:-2], measured_rad[1:-1], measured_rad[2:]
+    off = here - 0.5 * (before + after)
+    apart = np.abs(after - before)
+    with np.errstate(invalid="ignore"):
+        scale = 1.4826 * np.nanmedian(np.abs(off), axis=0) if np.isfinite(off).any() else 0.0
+        bad[1:-1] = (np.abs(off) > np.maximum(SPIKE_MAD * scale, least_rad)) & (np.abs(off) > 2 * apart)
+    return bad
+
+
+def _within_after(flag: Bools, t_s: Floats, span_s: float) -> Bools:
+    """Samples that come less than ``span_s`` after one where ``flag`` holds; (N, k)."""
+    last = np.where(flag, t_s[:, None], -np.inf)
+    np.maximum.accumulate(last, axis=0, out=last)
+    return np.asarray(t_s[:, None] - last < span_s)
+
+
+def motion_numbers(runs: Sequence[Run]) -> list[int]:
+    """Number the motions: repeats, and runs whose commands are the same, share a number.
+
+    A fold never splits a motion: a fitted run must not meet its twin among the held-out ones.
+    """
+    parent = list(range(len(runs)))
+
+    def root(i: int) -> int:
+        while parent[i] != i:
+            parent[i] = parent[parent[i]]
+            i = parent[i]
+        return i
+
+    names = {run.name: i for i, run in enumerate(runs)}
+    for i, run in enumerate(runs):
+        if run.repeat_of is not None and run.repeat_of in names:
+            parent[root(i)] = root(names[run.repeat_of])
+    for i, a in enumerate(runs):
+        for j in range(i):
+            if root(i) != root(j) and same_motion(a, runs[j]):
+                parent[root(i)] = root(j)
+    order: dict[int, int] = {}
+    return [order.setdefault(root(i), len(order)) for i in range(len(runs))]
+
+
+def same_motion(a: Run, b: Run) -> bool:
+    """Whether two runs were commanded alike (within ``SAME_MOTION`` of the amplitude, over most of their length)."""
+    if a.joints != b.joints or min(len(a), len(b)) < MIN_SAMPLES:
+        return False
+    ta, tb = a.t_s - a.t_s[0], b.t_s - b.t_s[0]
+    if abs(ta[-1] - tb[-1]) > 0.1 * max(ta[-1], tb[-1]):
+        return False
+    inside = ta <= tb[-1]
+    for joint in range(a.joints):
+        ca, cb = a.command_rad[:, joint], b.command_rad[:, joint]
+        if np.isfinite(ca).sum() < MIN_SAMPLES or np.isfinite(cb).sum() < MIN_SAMPLES:
+            if np.isfinite(ca).any() != np.isfinite(cb).any():
+                return False
+            continue
+        other = np.interp(ta[inside], tb[np.isfinite(cb)], cb[np.isfinite(cb)])
+        difference = ca[inside] - other
+        size = np.nanstd(ca) + 0.05 * np.nanmax(np.abs(ca)) + 1e-9
+        if np.sqrt(np.nanmedian(np.square(difference))) > SAME_MOTION * size:
+            return False
+    return True

@@ -1,0 +1,238 @@
+"""Bounded least squares for many small problems at once: Levenberg-Marquardt with a fresh weight for every block.
+
+The problems (*units*: joints, or all joints together) share one simulation: joints do not disturb each other before the
+ground, so perturbing a parameter of every joint at once costs one simulation, not one a joint.
+
+Parameters are fitted on a scale of their own (logarithmic where they span decades), within bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+STEP = 1e-3  # of finite differences, on the fitted scale
+ENOUGH = 1e-4  # relative fall of the cost below which a unit is done
+LEAST_CURVATURE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What is fitted.
+
+    Attributes:
+        residual: maps parameters (U, p) to residuals, one matrix (N, U') whose columns belong to units ``unit``.
+        unit: (U',) unit of every column.
+        block: (N, U') number of the block of each residual, -1 where unused; a block belongs to one column.
+        allowed_square: (B,) allowed spread of each block.
+        lower, upper: (p,) bounds.
+        logarithmic: (p,) fitted on a logarithmic scale.
+    """
+
+    residual: Callable[[Floats], Floats]
+    unit: Ints
+    block: Ints
+    allowed_square: Floats
+    lower: Floats
+    upper: Floats
+    logarithmic: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Where the search ended.
+
+    Attributes:
+        theta: (U, p).
+        cost: (U,) sum over blocks of samples x 1/2 log(1 + mean square / allowed).
+        residual: (N, U') at ``theta``.
+        covariance: (U, p, p) of ``theta``, robust to correlation within blocks.
+    """
+
+    theta: Floats
+    cost: Floats
+    residual: Floats
+    covariance: Floats
+    evaluations: int
+
+
+class _Weights:
+    """Costs and weights of blocks."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.block = problem.block
+        self.used = problem.block >= 0
+        self.flat = problem.block[self.used]
+        self.allowed = problem.allowed_square
+        self.size = np.bincount(self.flat, minlength=self.allowed.size).astype(np.float64)
+        columns = np.broadcast_to(problem.unit, problem.block.shape)[self.used]
+        self.unit = np.zeros(self.allowed.size, dtype=np.int64)
+        self.unit[self.flat] = columns
+        self.units = int(problem.unit.max()) + 1 if problem.unit.size else 0
+
+    def cost(self, residual: Floats) -> tuple[Floats, Floats]:
+        """Cost of each unit, and the weight of every residual."""
+        total = np.bincount(self.flat, weights=np.square(residual[self.used]), minlength=self.allowed.size)
+        square = total / np.maximum(self.size, 1.0)
+        square = np.where(np.isfinite(square), square, 1e30)
+        per_block = 0.5 * self.size * np.log1p(square / self.allowed)
+        weight = np.zeros(residual.shape)
+        weight[self.used] = (1.0 / (self.allowed + square))[self.flat]
+        return np.bincount(self.unit, weights=per_block, minlength=self.units), weight
+
+
+def to_scale(theta: Floats, problem: Problem) -> Floats:
+    return np.where(problem.logarithmic, np.log(np.maximum(theta, 1e-300)), theta)
+
+
+def from_scale(z: Floats, problem: Problem) -> Floats:
+    return np.where(problem.logarithmic, np.exp(np.where(problem.logarithmic, z, 0.0)), z)
+
+
+def minimise(problem: Problem, start: Floats, most_steps: int = 25, *, covariance: bool = True) -> Fit:
+    """Run from ``start`` (U, p) to the nearest minimum of each unit's cost."""
+    units, p = start.shape
+    low, high = to_scale(problem.lower, problem), to_scale(problem.upper, problem)
+    span = high - low
+    z = np.clip(to_scale(start, problem), low, high)
+    weights = _Weights(problem)
+    residual = problem.residual(from_scale(z, problem))
+    cost, weight = weights.cost(residual)
+    evaluations = 1
+    damping = np.full(units, 1e-3)
+    active = np.ones(units, dtype=bool)
+    jacobian = _jacobian(problem, z, residual, span)
+    evaluations += p
+    for _ in range(most_steps):
+        step = np.zeros_like(z)
+        for u in np.flatnonzero(active):
+            columns = problem.unit == u
+            step[u] = _step(jacobian[:, :, columns], residual[:, columns], weight[:, columns], damping[u], z[u], low, high)
+        if not np.any(step):
+            break
+        trial = np.clip(z + step, low, high)
+        trial_residual = problem.residual(from_scale(trial, problem))
+        evaluations += 1
+        trial_cost, trial_weight = weights.cost(trial_residual)
+        fell = active & (trial_cost < cost)
+        small = cost - trial_cost <= ENOUGH * np.maximum(cost, 1e-9)
+        moved = fell[problem.unit]
+        z[fell] = trial[fell]
+        residual = np.where(moved, trial_residual, residual)
+        weight = np.where(moved, trial_weight, weight)
+        cost = np.where(fell, trial_cost, cost)
+        damping = np.where(fell, np.maximum(damping * 0.2, 1e-9), damping * 8.0)
+        active &= ~(fell & small) & (damping < 1e5) & np.any(step != 0, axis=1)
+        if not active.any():
+            break
+        if fell.any():
+            jacobian = _jacobian(problem, z, residual, span)
+            evaluations += p
+    theta = from_scale(z, problem)
+    spread = np.full((units, p, p), np.nan)
+    if covariance:
+        jacobian = _jacobian(problem, z, residual, span)
+        evaluations += p
+        for u in range(units):
+            columns = problem.unit == u
+            spread[u] = _covariance(
+                jacobian[:, :, columns], residual[:, columns], weight[:, columns], problem.block[:, columns]
+            )
+        scale = np.where(problem.logarithmic, theta, 1.0)
+        spread *= scale[:, :, None] * scale[:, None, :]
+    return Fit(theta, cost, residual, spread, evaluations)
+
+
+def multi_start(
+    problem: Problem, starts: Sequence[Floats], keep: int = 2, most_steps: int = 25, *, covariance: bool = True
+) -> Fit:
+    """Try every start (each (U, p)), search on from the best ``keep`` of each unit, and keep each unit's best end."""
+    weights = _Weights(problem)
+    costs = np.array([weights.cost(problem.residual(start))[0] for start in starts])
+    order = np.argsort(costs, axis=0, kind="stable")
+    stacked = np.stack(starts)
+    best: Fit | None = None
+    units = np.arange(stacked.shape[1])
+    evaluations = len(starts)
+    for place in range(min(keep, len(starts))):
+        fit = minimise(problem, stacked[order[place], units].copy(), most_steps, covariance=covariance)
+        evaluations += fit.evaluations
+        best = fit if best is None else _better(best, fit, problem)
+    assert best is not None
+    return Fit(best.theta, best.cost, best.residual, best.covariance, evaluations)
+
+
+def _better(a: Fit, b: Fit, problem: Problem) -> Fit:
+    wins = b.cost < a.cost
+    return Fit(
+        np.where(wins[:, None], b.theta, a.theta),
+        np.where(wins, b.cost, a.cost),
+        np.where(wins[problem.unit], b.residual, a.residual),
+        np.where(wins[:, None, None], b.covariance, a.covariance),
+        a.evaluations + b.evaluations,
+    )
+
+
+def _jacobian(problem: Problem, z: Floats, residual: Floats, span: Floats) -> Floats:
+    """(p, N, U') forward differences on the fitted scale, away from a bound."""
+    low, high = to_scale(problem.lower, problem), to_scale(problem.upper, problem)
+    out = np.empty((z.shape[1], *residual.shape))
+    for i in range(z.shape[1]):
+        step = np.where(problem.logarithmic[i], 5 * STEP, STEP * span[i])
+        sign = np.where(z[:, i] + step > high[i], -1.0, 1.0)
+        moved = z.copy()
+        moved[:, i] += sign * step
+        moved[:, i] = np.clip(moved[:, i], low[i], high[i])
+        change = (moved[:, i] - z[:, i])[problem.unit]
+        difference = problem.residual(from_scale(moved, problem)) - residual
+        out[i] = np.divide(difference, change, out=np.zeros_like(difference), where=change != 0)
+    return out
+
+
+def _step(jacobian: Floats, residual: Floats, weight: Floats, damping: float, z: Floats, low: Floats, high: Floats) -> Floats:
+    p = jacobian.shape[0]
+    weighted = jacobian * weight
+    hessian = np.einsum("inu,jnu->ij", weighted, jacobian)
+    gradient = np.einsum("inu,nu->i", weighted, residual)
+    # a parameter at its bound that wants to go further stays there
+    free = ~(((z <= low) & (gradient > 0)) | ((z >= high) & (gradient < 0)))
+    free &= np.diag(hessian) > LEAST_CURVATURE
+    step = np.zeros(p)
+    if free.any():
+        h = hessian[np.ix_(free, free)]
+        h = h + damping * np.diag(np.diag(h))
+        try:
+            step[free] = -np.linalg.solve(h, gradient[free])
+        except np.linalg.LinAlgError:
+            step[free] = -gradient[free] / np.diag(h)
+    return np.clip(step, -0.5 * (high - low), 0.5 * (high - low))
+
+
+def _covariance(jacobian: Floats, residual: Floats, weight: Floats, block: Ints) -> Floats:
+    """Sandwich estimate: residuals within a block may be as correlated as they like."""
+    p = jacobian.shape[0]
+    used = block >= 0
+    hessian = np.einsum("inu,jnu->ij", jacobian * weight, jacobian)
+    flat = block[used]
+    names, index = np.unique(flat, return_inverse=True)
+    scores = np.stack(
+        [np.bincount(index, weights=(jacobian[i] * weight * residual)[used], minlength=names.size) for i in range(p)]
+    )
+    usable = np.diag(hessian) > LEAST_CURVATURE
+    out = np.full((p, p), np.inf)
+    if usable.any() and names.size > p:
+        inverse = np.linalg.pinv(hessian[np.ix_(usable, usable)], hermitian=True)
+        # scores of neighbouring blocks go together: add lag one (Newey-West)
+        inner = scores[usable]
+        meat = inner @ inner.T
+        lag = inner[:, 1:] @ inner[:, :-1].T
+        meat = meat + 0.5 * (lag + lag.T)
+        meat *= names.size / (names.size - p)
+        out[np.ix_(usable, usable)] = inverse @ meat @ inverse
+    return out

@@ -1,0 +1,224 @@
+"""The motion over ground: measured by a pose or by one forward speed a run, predicted by replaying joint angles.
+
+A run with a pose is cut into cycles of its gait (or seconds); of each the mean velocity along and across the mean heading
+and the turn rate are compared. Errors therefore do not pile up along the way. A run with a forward speed alone gives one
+number: the speed over its second half.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snakebot.diagnosis.data import Data, PreparedRun
+
+if TYPE_CHECKING:
+    from snakebot.physics import ChainModel
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+FRICTION_TOLERANCE = 0.05  # relative error of friction coefficients that is taken for granted
+MASS_TOLERANCE = 0.03
+SPEED_RESOLUTION_M_S = 0.001  # nobody's treadmill or camera is better
+TURN_RESOLUTION_RAD_S = 0.01
+SPEED_ACCURACY = 0.01  # of the speed itself
+MAX_STEP_S = 5e-3
+
+FORWARD, LATERAL, TURN = 0, 1, 2
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """A stretch of a run over which a velocity is taken."""
+
+    run: int
+    start_s: float
+    end_s: float
+    speed_only: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What was measured of the motion over ground.
+
+    Attributes:
+        windows: (W,) stretches.
+        value: (F,) measured features: of each window forward and lateral velocity and turn rate, or forward alone.
+        window, kind: (F,) which window and which of FORWARD, LATERAL, TURN.
+        floor_square: (F,) variance from repeats or from the resolution of the measurement.
+        from_repeats: whether the floor of the forward speed comes from repeats.
+    """
+
+    windows: tuple[Window, ...]
+    value: Floats
+    window: Ints
+    kind: Ints
+    floor_square: Floats
+    from_repeats: bool
+
+    @property
+    def run(self) -> Ints:
+        return np.array([self.windows[w].run for w in self.window], dtype=np.int64)
+
+    @property
+    def count(self) -> int:
+        return int(self.value.size)
+
+
+def measured_ground(data: Data) -> Ground | None:
+    """The measured motion over ground; None where the session says nothing about it."""
+    if not data.has_ground:
+        return None
+    windows: list[Window] = []
+    for index, run in enumerate(data.runs):
+        windows += _windows(index, run)
+    values: list[float] = []
+    window_of: list[int] = []
+    kinds: list[int] = []
+    for number, window in enumerate(windows):
+        run = data.runs[window.run]
+        if window.speed_only:
+            assert run.forward_speed_m_s is not None
+            features: tuple[float, ...] = (run.forward_speed_m_s,)
+        else:
+            assert run.pose is not None
+            features = window_features(run.t_s, run.pose, window)
+        for kind, feature in enumerate(features):
+            if np.isfinite(feature):
+                values.append(feature)
+                window_of.append(number)
+                kinds.append(kind)
+    if not values:
+        return None
+    value, kind, of = np.array(values), np.array(kinds, dtype=np.int64), np.array(window_of, dtype=np.int64)
+    floor, from_repeats = _floor(data, windows, value, kind, of)
+    return Ground(tuple(windows), value, of, kind, floor, from_repeats)
+
+
+def _windows(index: int, run: PreparedRun) -> list[Window]:
+    end = run.duration_s
+    if run.pose is None:
+        if run.forward_speed_m_s is None:
+            return []
+        return [Window(index, *steady_span(run), True)]
+    length = 2 * np.pi / abs(run.omega_rad_s) if run.omega_rad_s else 1.0
+    first = min(length, end / 3)  # the start from rest tells of mass, but every lab starts its clock elsewhere
+    count = int((end - first) / length + 1e-6)
+    if count < 1:
+        return [Window(index, first, end, False)]
+    return [Window(index, first + i * length, first + (i + 1) * length, False) for i in range(count)]
+
+
+def steady_span(run: PreparedRun) -> tuple[float, float]:
+    """The second half of a run, in whole cycles: what a forward speed is taken over."""
+    end, half = run.duration_s, run.duration_s / 2
+    if run.omega_rad_s:
+        period = 2 * np.pi / abs(run.omega_rad_s)
+        cycles = int(half / period)
+        if cycles >= 1:
+            return end - cycles * period, end
+    return half, end
+
+
+def window_features(t_s: Floats, pose: Floats, window: Window) -> tuple[float, float, float]:
+    """Forward, lateral velocity (m/s) along the mean heading and turn rate (rad/s) over a window."""
+    known = np.isfinite(pose).all(axis=1)
+    t = t_s[known]
+    if t.size < 2 or t[0] > window.start_s + 0.2 or t[-1] < window.end_s - 0.2:
+        return np.nan, np.nan, np.nan
+    ends = np.array([window.start_s, window.end_s])
+    span = window.end_s - window.start_s
+    dx, dy = (float(np.diff(np.interp(ends, t, pose[known, axis]))[0]) / span for axis in (0, 1))
+    heading = pose[known, 2]
+    inside = (t >= window.start_s) & (t <= window.end_s)
+    mean = float(heading[inside].mean()) if inside.any() else float(np.interp(ends.mean(), t, heading))
+    c, s = np.cos(mean), np.sin(mean)
+    turn = float(np.diff(np.interp(ends, t, heading))[0]) / span
+    return c * dx + s * dy, c * dy - s * dx, turn
+
+
+def predicted(
+    ground: Ground, data: Data, angle_rad: Sequence[Floats], model: ChainModel, runs: Sequence[int] | None = None
+) -> Floats:
+    """(F,) features of the motion that joint angles (one (N, k) a run) make; nan for runs not asked for."""
+    from snakebot.physics import replay
+
+    out = np.full(ground.count, np.nan)
+    wanted = set(range(len(data.runs)) if runs is None else runs)
+    paths: dict[int, tuple[Floats, Floats]] = {}
+    for index in sorted({w.run for w in ground.windows} & wanted):
+        run = data.runs[index]
+        pose = run.pose
+        start = pose[np.flatnonzero(np.isfinite(pose).all(axis=1))[0]] if pose is not None else np.zeros(3)
+        path = replay(
+            model, run.t_s, angle_rad[index], x_m=start[0], y_m=start[1], heading_rad=start[2], max_step_s=MAX_STEP_S
+        )
+        paths[index] = (run.t_s, np.column_stack([path.com_m, path.heading_rad]))
+    made: dict[int, tuple[float, float, float]] = {}
+    for i in range(ground.count):
+        number = int(ground.window[i])
+        window = ground.windows[number]
+        if window.run not in paths:
+            continue
+        if number not in made:
+            made[number] = window_features(*paths[window.run], window)
+        out[i] = made[number][ground.kind[i]]
+    return out
+
+
+def whole_angles(data: Data) -> list[Floats]:
+    """Measured joint angles (N, k) of every run with lost samples bridged, ready for a replay."""
+    out = []
+    for run in data.runs:
+        angle = run.measured_rad.copy()
+        for joint in range(angle.shape[1]):
+            known = np.isfinite(angle[:, joint])
+            if not known.any():
+                angle[:, joint] = 0.0
+            elif not known.all():
+                angle[~known, joint] = np.interp(run.t_s[~known], run.t_s[known], angle[known, joint])
+        out.append(angle)
+    return out
+
+
+def tolerance_square(ground: Ground, data: Data, angle_rad: Sequence[Floats], model: ChainModel) -> Floats:
+    """(F,) squared change of the features when friction and mass are off by their tolerance."""
+    base = predicted(ground, data, angle_rad, model)
+    total = np.zeros(ground.count)
+    grip, rub, mass = 1 + FRICTION_TOLERANCE, 1 + FRICTION_TOLERANCE, 1 + MASS_TOLERANCE
+    for changed in (
+        replace(model, ct=model.ct * rub, ct0=model.ct0 * rub),
+        replace(model, cn=model.cn * grip, cn0=model.cn0 * grip),
+        replace(model, mass=model.mass * mass, inertia=model.inertia * mass),
+    ):
+        total += np.square(predicted(ground, data, angle_rad, changed) - base)
+    return np.nan_to_num(total)
+
+
+def _floor(data: Data, windows: list[Window], value: Floats, kind: Ints, of: Ints) -> tuple[Floats, bool]:
+    """Variance of each feature: from windows of repeats that coincide, at least the resolution of the measurement."""
+    least = np.where(kind == TURN, TURN_RESOLUTION_RAD_S, SPEED_RESOLUTION_M_S + SPEED_ACCURACY * np.abs(value))
+    place: dict[tuple[int, int, int], list[float]] = {}
+    rank: dict[int, int] = {}
+    order: list[int] = []
+    for window in windows:  # the n-th window of its run
+        order.append(rank.get(window.run, 0))
+        rank[window.run] = order[-1] + 1
+    for i in range(value.size):
+        window = windows[of[i]]
+        place.setdefault((data.runs[window.run].motion, order[of[i]], int(kind[i])), []).append(float(value[i]))
+    squares: dict[int, list[float]] = {FORWARD: [], LATERAL: [], TURN: []}
+    for (_, _, what), group in place.items():
+        squares[what] += [0.5 * (a - b) ** 2 for a, b in combinations(group, 2)]
+    floor = np.square(least)
+    for what, found in squares.items():
+        if found:
+            rows = kind == what
+            floor[rows] = np.maximum(floor[rows], np.mean(found))
+    return floor, bool(squares[FORWARD])

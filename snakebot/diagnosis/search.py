@@ -1,0 +1,239 @@
+"""The search: try every effect, keep what gains on held-out gaits, add another only where it earns its place, prune back.
+
+Greedy choice by training error over-fits; so an effect is added only when its held-out gain is more than two standard
+errors and large enough to matter, and is taken out again when the explanation does as well without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snakebot.diagnosis.blocks import Difference
+from snakebot.diagnosis.candidates import Candidate, candidates, usable_effects
+from snakebot.diagnosis.context import Context
+from snakebot.diagnosis.hypothesis import Hypothesis
+from snakebot.diagnosis.trial import Trial, nominal_trial, run_trial
+from snakebot.effects.effect import Effect
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+MOST_EFFECTS = 3
+CLEAR_SE = 2.0
+MATTERS = 0.05  # held-out score on the blocks an effect touches: a tenth of their mean square
+CLOSE_RACE = 0.25  # rivals within this share of the winner's gain are cross-validated ...
+FEWEST_TRIALS, MOST_TRIALS = 4, 10  # ... within these bounds
+THREADS = 2
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What the search came to.
+
+    Attributes:
+        nominal: the robot without any effect.
+        best: the explanation that stands; ``nominal`` if none does.
+        singles: trials of single effects, best first: the ranking.
+        rivals: per term of ``best``, trials in which another effect takes its place, best first.
+        path: (hypothesis) trials in the order in which effects were added.
+    """
+
+    nominal: Trial
+    best: Trial
+    singles: tuple[Trial, ...]
+    rivals: tuple[tuple[Trial, ...], ...]
+    path: tuple[Trial, ...]
+
+
+def search(
+    context: Context,
+    *,
+    only: Sequence[str] = (),
+    exclude: Sequence[str] = (),
+    quick: bool = False,
+    progress: Progress = lambda text, share: None,
+) -> Found:
+    """Find the explanation of a session's gap."""
+    library = usable_effects(context, only, exclude)
+    nominal = nominal_trial(context)
+    singles = _explore(context, nominal, library, lambda text, share: progress(text, 0.4 * share))
+    path = [nominal]
+    best = nominal
+    round_ = singles
+    limit = 2 if quick else MOST_EFFECTS
+    while round_ and len(best.hypothesis.names) < limit:
+        winner = round_[0]
+        if not accepted(context, winner, best):
+            break
+        best = winner
+        path.append(best)
+        if len(best.hypothesis.terms) >= 2:
+            best = _swap(context, best, singles)
+            path[-1] = best
+        if len(best.hypothesis.names) >= limit or closed_enough(context, best):
+            break
+        count = len(best.hypothesis.terms)
+        round_ = _explore(
+            context,
+            best,
+            library,
+            lambda text, share, done=count: progress(f"with {best.hypothesis}: {text}", 0.4 + 0.2 * (done - 1 + share)),
+        )
+    best = prune(context, best)
+    rivals = []
+    for index in range(len(best.hypothesis.terms)):
+        progress(f"rivals of {best.hypothesis.terms[index].effect}", 0.8 + 0.1 * index)
+        rivals.append(_rivals(context, best, index, nominal, singles, library))
+    return Found(nominal, best, tuple(singles), tuple(rivals), tuple(path))
+
+
+def touched(context: Context, trial: Trial, base: Trial) -> Bools:
+    """(B,) deciding blocks on which a trial predicts other than its base."""
+    changed = np.abs(trial.held_square - base.held_square) > 1e-6 * context.allowed_square
+    joints = np.unique(context.block_joint[changed])
+    return np.asarray(np.isin(context.block_joint, joints) & context.selects)
+
+
+def accepted(context: Context, trial: Trial, base: Trial) -> bool:
+    """Whether what was added to ``base`` gains more than two standard errors, and enough to matter."""
+    rows = touched(context, trial, base)
+    if not rows.any():
+        return False
+    gain = context.gain(trial.held_square, base.held_square, rows)
+    return gain.z > CLEAR_SE and gain.mean > MATTERS
+
+
+def closed_enough(context: Context, trial: Trial) -> bool:
+    """Whether nothing is left above what noise and tolerance allow, on any joint or over ground."""
+    for joint in np.unique(context.block_joint):
+        rows = (context.block_joint == joint) & context.selects
+        left = trial.held_square[rows] / context.allowed_square[rows]
+        if left.mean() > 1.1:
+            return False
+    return True
+
+
+def _explore(context: Context, base: Trial, library: Sequence[Effect], progress: Progress) -> list[Trial]:
+    """Trials of each effect on top of ``base``, best first by held-out score."""
+    made: list[Candidate] = []
+    on_ground = context.ground is not None and _ground_gap(context, base)
+    wanted = [e for e in library if e.stage != "body" or on_ground]
+    with ThreadPoolExecutor(THREADS) as pool:
+        for number, found in enumerate(pool.map(lambda e: candidates(context, base, e), wanted)):
+            made += found
+            progress(f"trying {wanted[number].name}", 0.6 * (number + 1) / max(len(wanted), 1))
+        fits = list(pool.map(lambda c: run_trial(context, c.hypothesis, c.starts, cross=False), made))
+        reached = [float((context.score(t.fitted_square) - context.score(base.fitted_square))[context.selects].mean()) for t in fits]
+        order = np.argsort(reached, kind="stable")[::-1]
+        if order.size == 0:
+            return []
+        near = [i for i in order if reached[i] >= (1 - CLOSE_RACE) * reached[order[0]]]
+        kept = list(dict.fromkeys([*order[:FEWEST_TRIALS], *near]))[:MOST_TRIALS]
+        kept = [i for i in kept if reached[i] > 0]
+        progress("holding out gaits", 0.8)
+        trials = list(pool.map(lambda i: run_trial(context, fits[i].hypothesis, [fits[i].theta]), kept))
+    progress("", 1.0)
+    return _ranked(context, trials)
+
+
+def _ranked(context: Context, trials: Sequence[Trial]) -> list[Trial]:
+    """Best first by held-out score; of two that score alike, the one with fewer parameters, then fewer named joints."""
+    ordered = sorted(trials, key=lambda t: -t.score(context))
+    if len(ordered) < 2:
+        return ordered
+    first = ordered[0]
+    for other in ordered[1:]:
+        if other.hypothesis.names != first.hypothesis.names:
+            continue
+        simpler = (len(other.theta), _named(other.hypothesis)) < (len(first.theta), _named(first.hypothesis))
+        lost = context.gain(first.held_square, other.held_square)
+        if simpler and lost.mean < max(lost.se, 1e-3):
+            ordered.remove(other)
+            ordered.insert(0, other)
+            return ordered
+    return ordered
+
+
+def _named(hypothesis: Hypothesis) -> int:
+    """How much must be said about joints: nothing where all are alike."""
+    return sum(0 if t.joints is None else 1 for t in hypothesis.terms)
+
+
+def _ground_gap(context: Context, base: Trial) -> bool:
+    """Whether the motion over ground is off beyond noise and tolerance."""
+    rows = (context.block_joint == -1) & context.selects
+    return bool(rows.any() and np.mean(base.held_square[rows] / context.allowed_square[rows]) > 1.0)
+
+
+def _swap(context: Context, best: Trial, singles: Sequence[Trial]) -> Trial:
+    """The first effect was chosen alone, as a compromise: try the others in its place now that there is a second."""
+    tried = []
+    for index, term in enumerate(best.hypothesis.terms[:-1]):
+        rest = best.hypothesis.without(index)
+        kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index] or [np.zeros(0)])
+        for single in singles[:6]:
+            other = single.hypothesis.terms[0]
+            if other.effect in best.hypothesis.names:
+                continue
+            if term.stage == "body" != (other.stage == "body"):
+                continue
+            tried.append((rest.plus(other), [np.concatenate([kept, single.theta])]))
+    if not tried:
+        return best
+    with ThreadPoolExecutor(THREADS) as pool:
+        fits = list(pool.map(lambda c: run_trial(context, c[0], c[1], cross=False), tried))
+    fits.sort(key=lambda t: -float(context.score(t.fitted_square)[context.selects].mean()))
+    for fit in fits[:2]:
+        trial = run_trial(context, fit.hypothesis, [fit.theta])
+        if trial.score(context) > best.score(context):
+            best = trial
+    return best
+
+
+def prune(context: Context, best: Trial) -> Trial:
+    """Take out every effect without which the explanation does as well."""
+    while len(best.hypothesis.terms) > 1:
+        for index in range(len(best.hypothesis.terms)):
+            kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index])
+            less = run_trial(context, best.hypothesis.without(index), [kept])
+            if not accepted(context, best, less):
+                best = less
+                break
+        else:
+            return best
+    return best
+
+
+def _rivals(
+    context: Context, best: Trial, index: int, nominal: Trial, singles: Sequence[Trial], library: Sequence[Effect]
+) -> tuple[Trial, ...]:
+    """Trials with another effect in the place of term ``index``, best first."""
+    term = best.hypothesis.terms[index]
+    if len(best.hypothesis.terms) == 1:
+        return tuple(t for t in singles if t.hypothesis.names != best.hypothesis.names)
+    rest = best.hypothesis.without(index)
+    kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index])
+    square_theta = run_trial(context, rest, [kept], cross=False)
+    fits: list[Trial] = []
+    for effect in library:
+        if effect.name in best.hypothesis.names or (effect.stage == "body") != (term.stage == "body"):
+            continue
+        for candidate in candidates(context, square_theta, effect):
+            fits.append(run_trial(context, candidate.hypothesis, candidate.starts, cross=False))
+    fits.sort(key=lambda t: -float(context.score(t.fitted_square)[context.selects].mean()))
+    return tuple(_ranked(context, [run_trial(context, t.hypothesis, [t.theta]) for t in fits[:4]]))
+
+
+def lead(context: Context, trial: Trial, other: Trial) -> Difference:
+    """How far a trial leads another, on the blocks where they differ."""
+    rows = touched(context, trial, other)
+    if not rows.any():
+        return Difference(0.0, 0.0)
+    return context.gain(trial.held_square, other.held_square, rows)

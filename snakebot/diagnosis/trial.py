@@ -1,0 +1,227 @@
+"""One explanation put to the test: fitted to all runs that may be fitted, and scored on gaits left out.
+
+Effects before the ground are fitted to the joint angles, effects of the body to the motion over ground; each side sees the
+other's effects at their fitted values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snakebot.diagnosis.context import Context
+from snakebot.diagnosis.fit import Fit, Problem, minimise, multi_start
+from snakebot.diagnosis.hypothesis import Hypothesis, Term, bounds
+from snakebot.effects.spec import EffectSpec
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+FOLD_STEPS = 8
+FULL_STEPS = 30
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """An explanation with its fit.
+
+    Attributes:
+        theta: (p,) fitted to all free runs, in the order of the terms.
+        covariance: (p, p); nan where nothing was fitted.
+        fitted_square: (B,) mean squares of the blocks at ``theta``.
+        held_square: (B,) the same, each run predicted from parameters that it had no part in.
+        readings: held-out predictions (N, k) a run.
+    """
+
+    hypothesis: Hypothesis
+    theta: Floats
+    covariance: Floats
+    fitted_square: Floats
+    held_square: Floats
+    readings: list[Floats]
+
+    @property
+    def specs(self) -> tuple[EffectSpec, ...]:
+        return self.hypothesis.specs(self.theta)
+
+    def score(self, context: Context) -> float:
+        """Mean held-out score over the deciding blocks."""
+        return float(context.score(self.held_square)[context.selects].mean())
+
+
+def squares(context: Context, specs: Sequence[EffectSpec]) -> tuple[Floats, list[Floats]]:
+    """(B,) mean squares of all blocks under some effects, and the readings."""
+    angle_specs = [s for s in specs if s.effect.stage != "body"]
+    readings = _readings(context, specs) if angle_specs else context.nominal
+    angles = context.angle_blocks.mean_square(context.residuals(readings))
+    return np.concatenate([angles, context.ground_square(specs)]), readings
+
+
+def _readings(context: Context, specs: Sequence[EffectSpec]) -> list[Floats]:
+    return [p.reading_rad for p in context.simulator.predict(specs)]
+
+
+def nominal_trial(context: Context) -> Trial:
+    square, readings = squares(context, ())
+    return Trial(Hypothesis(), np.zeros(0), np.zeros((0, 0)), square, square, readings)
+
+
+def run_trial(
+    context: Context, hypothesis: Hypothesis, starts: Sequence[Floats], *, cross: bool = True, keep: int = 2
+) -> Trial:
+    """Fit ``hypothesis`` from each of ``starts`` (p,), and cross-validate it unless ``cross`` is False."""
+    theta, covariance = _fit(context, hypothesis, starts, context.free_runs, FULL_STEPS, keep)
+    specs = hypothesis.specs(theta)
+    fitted, readings = squares(context, specs)
+    if not cross or not context.folds or theta.size == 0:
+        return Trial(hypothesis, theta, covariance, fitted, fitted, readings)
+    held = fitted.copy()
+    readings = list(readings)
+    runs = context.block_run
+    for fold in context.folds:
+        fold_theta, _ = _fit(context, hypothesis, [theta], fold.fit, FOLD_STEPS, 1, covariance=False)
+        fold_specs = hypothesis.specs(fold_theta)
+        score = list(fold.score)
+        if any(s.effect.stage != "body" for s in fold_specs):
+            for index, predicted in zip(score, context.simulator.predict(fold_specs, score), strict=True):
+                readings[index] = predicted.reading_rad
+        residual = [
+            np.where(run.use, run.measured_rad - reading, 0.0)
+            for run, reading in zip(context.data.runs, readings, strict=True)
+        ]
+        angles = context.angle_blocks.mean_square(residual)
+        ground = np.zeros(0)
+        if context.ground is not None:
+            ground = np.square(context.ground_features(fold_specs, score) - context.ground.value)
+        square = np.concatenate([angles, ground])
+        mine = np.isin(runs, score)
+        held[mine] = square[mine]
+    return Trial(hypothesis, theta, covariance, fitted, held, readings)
+
+
+def _fit(
+    context: Context,
+    hypothesis: Hypothesis,
+    starts: Sequence[Floats],
+    runs: Sequence[int],
+    steps: int,
+    keep: int,
+    covariance: bool = True,
+) -> tuple[Floats, Floats]:
+    """Parameters (p,) and their covariance, fitted to some runs."""
+    count = len(hypothesis.parameters)
+    best = np.array(starts[0], dtype=np.float64) if len(starts) else np.zeros(0)
+    spread = np.full((count, count), np.nan)
+    if count == 0:
+        return best, spread
+    lower, upper, log = bounds(hypothesis.parameters)
+    body = np.array([term.stage == "body" for term in hypothesis.terms for _ in term.open], dtype=bool)
+    for side in (True, False):  # body first: angles hardly know of it, but it knows of the load
+        mine = body if side else ~body
+        if not mine.any():
+            continue
+
+        def whole(part: Floats, mine: NDArray[np.bool_] = mine, base: Floats = best) -> tuple[EffectSpec, ...]:
+            full = base.copy()
+            full[mine] = part
+            return hypothesis.specs(full)
+
+        problem = (_ground_problem if side else _angle_problem)(
+            context, hypothesis, whole, runs, lower[mine], upper[mine], log[mine]
+        )
+        if problem is None:
+            continue
+        begin = [np.asarray(start, dtype=np.float64)[mine][None] for start in starts]
+        fit: Fit = (
+            multi_start(problem, begin, keep, steps, covariance=covariance)
+            if len(begin) > 1
+            else minimise(problem, begin[0], steps, covariance=covariance)
+        )
+        best = best.copy()
+        best[mine] = fit.theta[0]
+        spread[np.ix_(mine, mine)] = fit.covariance[0]
+    return best, spread
+
+
+def _angle_problem(
+    context: Context,
+    hypothesis: Hypothesis,
+    whole: object,
+    runs: Sequence[int],
+    lower: Floats,
+    upper: Floats,
+    log: NDArray[np.bool_],
+) -> Problem | None:
+    assert callable(whole)
+    joints = [j - 1 for j in hypothesis.joints(context.data.joints)]
+    columns = np.array(joints, dtype=np.int64)
+    measured, use, block = angle_columns(context, columns, runs)
+    if not use.any():
+        return None
+
+    def residual(theta: Floats) -> Floats:
+        predicted = context.simulator.predict(whole(theta[0]), runs)
+        reading = np.concatenate([p.reading_rad[:, columns] for p in predicted])
+        return np.where(use, measured - reading, 0.0)
+
+    return Problem(
+        residual, np.zeros(columns.size, dtype=np.int64), block, context.scale.square, lower, upper, log
+    )
+
+
+def angle_columns(context: Context, columns: Ints, runs: Sequence[int]) -> tuple[Floats, NDArray[np.bool_], Ints]:
+    """Measured angles, use and block numbers of some joints (columns) in some runs, one below the other."""
+    measured = np.concatenate([context.data.runs[i].measured_rad[:, columns] for i in runs])
+    block = np.concatenate([context.angle_blocks.of_sample[i][:, columns] for i in runs])
+    return np.nan_to_num(measured), block >= 0, block
+
+
+def _ground_problem(
+    context: Context,
+    hypothesis: Hypothesis,
+    whole: object,
+    runs: Sequence[int],
+    lower: Floats,
+    upper: Floats,
+    log: NDArray[np.bool_],
+) -> Problem | None:
+    assert callable(whole)
+    ground = context.ground
+    if ground is None:
+        return None
+    rows = np.isin(ground.run, list(runs))
+    if not rows.any():
+        return None
+    block = np.where(rows, np.arange(ground.count), -1)[:, None]
+
+    def residual(theta: Floats) -> Floats:
+        found = context.ground_features(whole(theta[0]), runs)
+        return np.where(rows, ground.value - np.nan_to_num(found), 0.0)[:, None]
+
+    return Problem(residual, np.zeros(1, dtype=np.int64), block, context.ground_allowed_square, lower, upper, log)
+
+
+def each_joint(context: Context, base: Trial, effect_terms: Sequence[Term], starts: Sequence[Floats]) -> Fit:
+    """Fit one effect to every joint on its own, all at once, on top of what ``base`` says.
+
+    Args:
+        effect_terms: (k,) the term of each joint.
+        starts: each (k, p).
+    """
+    joints = context.data.joints
+    runs = context.free_runs
+    columns = np.arange(joints, dtype=np.int64)
+    measured, use, block = angle_columns(context, columns, runs)
+    lower, upper, log = bounds(effect_terms[0].open)
+
+    def residual(theta: Floats) -> Floats:
+        specs = [*base.specs, *(term.spec(row) for term, row in zip(effect_terms, theta, strict=True))]
+        predicted = context.simulator.predict(specs, runs)
+        reading = np.concatenate([p.reading_rad for p in predicted])
+        return np.where(use, measured - reading, 0.0)
+
+    problem = Problem(residual, columns, block, context.scale.square, lower, upper, log)
+    return multi_start(problem, starts, 2, 10, covariance=False)

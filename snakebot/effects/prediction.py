@@ -37,7 +37,7 @@ class Servos:
         joint_angle_rad, load_nm: (T, joints).
         powered: (T, joints) whether the servo had a set-point at that sample. A joint without one has its known angle, if
             any, and says nothing about the servo.
-        base: (T, 6) x, y, heading of the body and their rates, where the servo stage simulated it (free joints).
+        base: (T, 6) x, y, heading of the body and their rates, where the servo stage had to simulate it.
     """
 
     joint_angle_rad: Vector
@@ -233,15 +233,17 @@ def servo_stage(
     powered = np.isfinite(setpoint_at(track, t_s))[:, rows[:, layout.SOURCE].astype(np.int64)]
     known = None if known_rad is None else np.where(powered, np.nan, known_rad)
     broken = bool(np.any(rows[:, layout.LOCKED] == layout.FREE_JOINT))
-    swinging = stages.model is not None and (broken or (known is None and not powered.all()))
+    coupled = stages.model is not None and (
+        broken or layout.limits_torque(rows) or (known is None and not powered.all())
+    )
     load_t, load = (t_s, load_nm) if load_nm is not None else (None, None)
-    if stages.feels_load and stages.model is not None and load is None and not swinging:
+    if stages.feels_load and stages.model is not None and load is None and not coupled:
         load_t, load = _ideal_load(stages, track, t_s, start)
     chain = DrivenChain(
         rows,
         start,
-        model=stages.model if swinging else None,
-        load_model=stages.model if swinging and stages.feels_load and load is None else None,
+        model=stages.model if coupled else None,
+        load_model=stages.model if coupled and stages.feels_load and load is None else None,
         pose=pose,
         t_s=float(t_s[0]),
         grid_s=GRID_S,
@@ -256,7 +258,7 @@ def servo_stage(
         load_nm=load,
         known_rad=known,
     )
-    return Servos(out.angle, out.load, powered, out.base if swinging else None)
+    return Servos(out.angle, out.load, powered, out.base if coupled else None)
 
 
 def body_stage(
@@ -304,7 +306,6 @@ _AFTER_IDEAL = (
     (layout.RATE_DROP_PER_NM, 0.0),
     (layout.TORQUE_LIMIT_NM, np.inf),
     (layout.INERTIA_KG_M2, 0.0),
-    (layout.DRAG_NM_S, 0.0),
     (layout.COULOMB_NM, 0.0),
     (layout.LOOP_COMPLIANCE_RAD_NM, 0.0),
     (layout.COMPLIANCE_RAD_NM, 0.0),

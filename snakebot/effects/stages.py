@@ -62,14 +62,12 @@ class Stages:
             rows[:, layout.ARM_INERTIA_KG_M2] = inertia
             rows[:, layout.ARM_DRAG_NM_S] = arm.drag_nm_s
             rows[:, layout.ARM_COULOMB_NM] = arm.coulomb_nm
-            rows[:, layout.INERTIA_KG_M2] = inertia
         for spec in self.specs:
             spec.effect.write_servo(rows, spec.joint_indices(robot.joints), spec, robot)
-        if self.model is not None and np.any(np.isfinite(rows[:, layout.TORQUE_LIMIT_NM])):
-            from snakebot.effects.impedance import felt_drag_nm_s, felt_inertia_kg_m2
+        if self.model is not None and layout.limits_torque(rows):
+            from snakebot.effects.inertia import felt_inertia_kg_m2
 
             rows[:, layout.INERTIA_KG_M2] = felt_inertia_kg_m2(self.model)
-            rows[:, layout.DRAG_NM_S] = felt_drag_nm_s(self.model)
         rows.setflags(write=False)
         return rows
 

@@ -8,8 +8,8 @@ Set-points are held between ticks, so the response over a step is known in close
 rate limit exactly, second order exactly while neither bites. The step size does not show.
 
 Load. ``load_nm`` is the torque that the servo has to exert, positive where it pushes the joint to larger angles; it is
-that of the *ideal* motion (the same servo without a load), so that there is no loop between sag and load. The torque
-limit adds to it what the real motion needs beyond the ideal one, through the drag and inertia that the joint feels.
+that of the *ideal* motion (the same servo without a load), so that there is no loop between sag and load. What a torque
+limit does to the joint of a body depends on the whole body: ``servo_chain`` works it out and leaves it in HELD_BACK.
 """
 
 from __future__ import annotations
@@ -29,14 +29,13 @@ from snakebot.physics.servo_layout import (
     COULOMB_NM,
     DAMPING_RATIO,
     DEADBAND_RAD,
-    DRAG_NM_S,
     DRAGGED,
     FILTERED,
     FREE_JOINT,
     GAIN,
+    HELD_BACK,
     IDEAL,
     IDEAL_RATE,
-    INERTIA_KG_M2,
     LOCK_RAD,
     LOCKED,
     LOOP_COMPLIANCE_RAD_NM,
@@ -105,6 +104,7 @@ def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: f
         s[MOTOR] = s[OUTPUT]
         s[IDEAL] = s[OUTPUT]
         s[DRAGGED] = s[OUTPUT]
+        s[HELD_BACK] = 0.0
         s[MOTOR_RATE] = s[OUTPUT_RATE] if p[NATURAL_FREQ_RAD_S] > 0.0 else 0.0
         s[IDEAL_RATE] = s[MOTOR_RATE]
 
@@ -118,21 +118,20 @@ def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: f
     if p[ARM_GRAVITY_NM] != 0.0:
         load += p[ARM_GRAVITY_NM] * math.sin(s[MOTOR] - p[ARM_DOWN_RAD])
 
-    held_back = p[TORQUE_LIMIT_NM] < math.inf or p[RATE_DROP_PER_NM] > 0.0
-    ideal_rate = s[IDEAL_RATE]
-    motor_rate = s[MOTOR_RATE]
     start = s[MOTOR]
+    motor_rate = s[MOTOR_RATE]
     s[MOTOR], s[MOTOR_RATE] = _motor(s[MOTOR], motor_rate, p, target, load, t, dt)
-    if held_back:
-        s[IDEAL], s[IDEAL_RATE] = _motor(s[IDEAL], ideal_rate, p, target, 0.0, t, dt)
-        if p[TORQUE_LIMIT_NM] < math.inf:
-            _limit_torque(s, p, start, motor_rate, ideal_rate, load, dt)
+    if p[RATE_DROP_PER_NM] > 0.0:
+        s[IDEAL], s[IDEAL_RATE] = _motor(s[IDEAL], s[IDEAL_RATE], p, target, 0.0, t, dt)
     else:
         s[IDEAL] = s[MOTOR]
         s[IDEAL_RATE] = s[MOTOR_RATE]
+    if p[ARM_INERTIA_KG_M2] > 0.0 and p[TORQUE_LIMIT_NM] < math.inf:
+        _limit_torque(s, p, start, motor_rate, load, dt)
 
+    motor = s[MOTOR] + s[HELD_BACK]
     loop = p[LOOP_COMPLIANCE_RAD_NM]
-    s[DRAGGED] = _play(s[DRAGGED], s[MOTOR] - load * loop, p[COULOMB_NM] * loop)
+    s[DRAGGED] = _play(s[DRAGGED], motor - load * loop, p[COULOMB_NM] * loop)
     s[OUTPUT] = _play(s[OUTPUT], s[DRAGGED] - load * p[COMPLIANCE_RAD_NM], 0.5 * p[BACKLASH_RAD])
     s[OUTPUT_RATE] = (s[OUTPUT] - before) / dt
 
@@ -219,23 +218,16 @@ def _second_order(
 
 
 @jit
-def _limit_torque(
-    s: Any, p: Any, start: float, motor_rate: float, ideal_rate: float, load: float, dt: float
-) -> None:
-    """Hold the motor back to what its torque allows: load of the ideal motion + drag and inertia of the rest."""
-    limit, drag, inertia = p[TORQUE_LIMIT_NM], p[DRAG_NM_S], p[INERTIA_KG_M2]
+def _limit_torque(s: Any, p: Any, start: float, motor_rate: float, load: float, dt: float) -> None:
+    """Hold a motor with an arm back to what its torque allows: load, and inertia times acceleration."""
+    limit, inertia = p[TORQUE_LIMIT_NM], p[ARM_INERTIA_KG_M2]
     wanted = (s[MOTOR] - start) / dt
     gain = (s[MOTOR_RATE] if p[NATURAL_FREQ_RAD_S] > 0.0 else wanted) - motor_rate
-    if p[ARM_INERTIA_KG_M2] == 0.0:
-        gain -= s[IDEAL_RATE] - ideal_rate  # what speeds up a body is in its load already
-    needed = load + drag * (wanted - s[IDEAL_RATE]) + inertia / dt * gain
+    needed = load + inertia * gain / dt
     allowed = min(max(needed, -limit), limit)
-    if allowed == needed:
-        return
-    resistance = drag + inertia / dt
-    rate = wanted + (allowed - needed) / resistance if resistance > 0.0 else 0.0
-    s[MOTOR] = start + rate * dt
-    s[MOTOR_RATE] = rate
+    if allowed != needed:
+        s[MOTOR_RATE] = wanted + (allowed - needed) * dt / inertia
+        s[MOTOR] = start + s[MOTOR_RATE] * dt
 
 
 @jit

@@ -28,7 +28,6 @@ Rows = npt.NDArray[np.float64]
     RATE_DROP_PER_NM,  # relative fall of the rate limit with opposing load
     TORQUE_LIMIT_NM,
     INERTIA_KG_M2,  # felt by the joint; only the torque limit asks for it
-    DRAG_NM_S,  # felt by the joint; only the torque limit asks for it
     COULOMB_NM,  # dry friction
     LOOP_COMPLIANCE_RAD_NM,  # 1 / stiffness of the position loop that works against the dry friction
     COMPLIANCE_RAD_NM,  # 1 / stiffness between motor and output
@@ -40,8 +39,8 @@ Rows = npt.NDArray[np.float64]
     ARM_INERTIA_KG_M2,  # bench only
     ARM_DRAG_NM_S,  # bench only: viscous friction of the unpowered joint
     ARM_COULOMB_NM,  # bench only: dry friction of the unpowered joint
-) = range(25)
-PARAMETERS = 25
+) = range(24)
+PARAMETERS = 24
 
 DRIVEN, FREE_JOINT, RIGID_JOINT = 0.0, 1.0, 2.0
 
@@ -52,12 +51,13 @@ DRIVEN, FREE_JOINT, RIGID_JOINT = 0.0, 1.0, 2.0
     MOTOR_RATE,
     IDEAL,  # angle of the same motor without a load
     IDEAL_RATE,
+    HELD_BACK,  # how far a torque limit keeps the joint of a body from where its motor would be
     DRAGGED,  # behind dry friction
     OUTPUT,  # joint angle
     OUTPUT_RATE,  # mean over the last step
     POWERED,  # 1 while the servo has a set-point
-) = range(9)
-STATES = 9
+) = range(10)
+STATES = 10
 
 
 def nominal_parameters(joints: int, time_constant_s: float) -> Rows:
@@ -93,9 +93,14 @@ def rest_angle_rad(parameters: Rows, setpoint_rad: npt.ArrayLike) -> Rows:
 def feels_load(parameters: Rows) -> bool:
     """Whether any joint's motion depends on the torque that it bears."""
     return bool(
-        np.any(np.isfinite(parameters[:, TORQUE_LIMIT_NM]))
+        limits_torque(parameters)
         or np.any(parameters[:, (RATE_DROP_PER_NM, LOOP_COMPLIANCE_RAD_NM, COMPLIANCE_RAD_NM)] > 0)
     )
+
+
+def limits_torque(parameters: Rows) -> bool:
+    """Whether any joint is only as strong as its torque: its motion is then that of the whole body."""
+    return bool(np.any(np.isfinite(parameters[:, TORQUE_LIMIT_NM])))
 
 
 def needs_fine_steps(parameters: Rows) -> bool:

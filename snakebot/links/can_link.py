@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import errno
 import logging
+import os
 from collections.abc import Sequence
 from difflib import get_close_matches
 from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any, Literal
 
 from firmware_protocol.frame import Frame
-from snakebot.errors import BadInputError, LostBoardError, NoBoardError
+from snakebot.errors import BadInputError, LostBoardError, NoBoardError, SnakebotError
 from snakebot.links.base import Link
 from snakebot.links.port import CanPort
 from snakebot.links.serial_link import open_error, set_low_latency
@@ -26,7 +27,6 @@ Role = Literal["Host", "Board"]
 
 _DEFAULTS: dict[str, dict[str, Any]] = {
     "slcan": {"sleep_after_open": 0, "timeout": 0},
-    "socketcand": {"timeout": 3000},  # it retries in a tight loop that long
 }
 _ECHOES = ("udp_multicast",)  # every sender hears its own frames
 _BUS_OFF = 0x40  # in the identifier of a SocketCAN error frame
@@ -172,7 +172,7 @@ def open_can(port: CanPort, role: Role = "Host") -> Link:
         )
         raise BadInputError(f"port {name}: no CAN interface {port.interface!r}: {hint}")
     options = {key: can.util.cast_from_string(value) for key, value in port.options}
-    if port.interface == "slcan":
+    if port.interface == "slcan" and os.name == "posix":
         return _open_slcan(port, options)
     bus = _open_bus(port, options)
     return CanLink(name, bus, _ids_to_hear(role) if port.interface in _ECHOES else None)
@@ -183,21 +183,41 @@ def _open_slcan(port: CanPort, options: dict[str, Any]) -> StreamLink:
 
     python-can reads a byte at a time and waits for the line to drain after each frame.
     """
-    bus: Any = _open_bus(port, options)
+    lock = _lock(port)
+    try:
+        bus: Any = _open_bus(port, options)
+    except SnakebotError:
+        lock.close()
+        raise
     line = bus.serialPortOrig
-    low_latency = set_low_latency(line)
 
     def close() -> None:
         with contextlib.suppress(Exception):  # the adapter may be gone
             bus.shutdown()
         line.close()
+        lock.close()
 
+    return StreamLink(
+        str(port), FdStream(line.fileno(), close), format_all, SlcanDecoder(), set_low_latency(line)
+    )
+
+
+def _lock(port: CanPort) -> contextlib.ExitStack:
+    """Have the adapter for us alone before python-can's first word would disturb who has it now."""
+    import fcntl
+
+    path = port.channel.partition("@")[0]
+    lock = contextlib.ExitStack()
+    if "://" in path:
+        return lock
     try:
-        stream = FdStream(line.fileno(), close)
+        fd = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        lock.callback(os.close, fd)
+        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
-        close()
-        raise NoBoardError(f"{port}: {open_error(error, port.channel)}") from None
-    return StreamLink(str(port), stream, format_all, SlcanDecoder(), low_latency)
+        lock.close()
+        raise NoBoardError(f"{port}: {open_error(error, path)}") from None
+    return lock
 
 
 def _open_bus(port: CanPort, options: dict[str, Any]) -> can.BusABC:

@@ -105,7 +105,7 @@ def open_error(error: OSError, device: str) -> str:
             return "no such device: is it plugged in? `snakebot board list` shows what is there"
         case errno.EACCES | errno.EPERM:
             return f"no permission: {permission_advice(device)}"
-        case errno.EBUSY:
+        case errno.EBUSY | errno.EAGAIN:
             return "is in use by another program: end that first"
         case errno.ENOTTY | errno.EISDIR | errno.EINVAL:
             return "is not a serial device"

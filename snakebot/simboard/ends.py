@@ -48,13 +48,23 @@ class PtyEnd(Link):
         self._read_s = time.monotonic()  # when somebody last took bytes
 
     def send(self, frames: Sequence[Frame]) -> None:
+        self._write(self._pack(frames))
+        self.statistics.sent += len(frames)
+
+    def _pack(self, frames: Sequence[Frame]) -> bytes:
+        return pack_all(frames)
+
+    def _unpack(self, data: bytes) -> list[Frame]:
+        frames = self._decoder.feed(data)
+        self.statistics.corrupt = self._decoder.corrupt
+        return frames
+
+    def _write(self, data: bytes) -> None:
         self._forget_unread()
-        data = pack_all(frames)
         written = 0
         with contextlib.suppress(BlockingIOError):
             written = os.write(self._master, data)
         self._waiting = self._unread()
-        self.statistics.sent += len(frames)
         self.statistics.bytes_sent += written
 
     def _unread(self) -> int:
@@ -75,10 +85,9 @@ class PtyEnd(Link):
             data = os.read(self._master, _CHUNK)
         except BlockingIOError:
             return []
-        frames = self._decoder.feed(data)
+        frames = self._unpack(data)
         self.statistics.received += len(frames)
         self.statistics.bytes_received += len(data)
-        self.statistics.corrupt = self._decoder.corrupt
         return frames
 
     def close(self) -> None:

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 STOP_SIGNAL = signal.SIGUSR1
+RUNS = "runs"
+BOARDS = "boards"  # simulated boards that wait for a host: found by `snakebot board list`
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,9 +28,9 @@ class RunningRun:
     port: str
 
 
-def _folder() -> Path:
+def _folder(kind: str) -> Path:
     base = os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir()
-    return Path(base) / f"snakebot-{os.getuid()}"
+    return Path(base) / f"snakebot-{os.getuid()}" / kind
 
 
 def _started(pid: int) -> str | None:
@@ -40,9 +42,9 @@ def _started(pid: int) -> str | None:
 
 
 @contextlib.contextmanager
-def registered(port: str) -> Iterator[None]:
+def registered(port: str, kind: str = RUNS) -> Iterator[None]:
     """Make this process's run known while it lasts. Where no file can be written the run goes on without."""
-    path = _folder() / f"{os.getpid()}.json"
+    path = _folder(kind) / f"{os.getpid()}.json"
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         path.write_text(
@@ -57,10 +59,10 @@ def registered(port: str) -> Iterator[None]:
         path.unlink(missing_ok=True)
 
 
-def running() -> list[RunningRun]:
+def running(kind: str = RUNS) -> list[RunningRun]:
     """The runs that are alive; files that dead ones have left are cleared away."""
     found = []
-    for path in sorted(_folder().glob("*.json")):
+    for path in sorted(_folder(kind).glob("*.json")):
         try:
             data = json.loads(path.read_text(encoding="utf-8"))
             pid, port = int(data["pid"]), str(data["port"])

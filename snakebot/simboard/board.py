@@ -108,7 +108,7 @@ class SimBoard:
         self.robot = robot
         self.serial_number = serial_number
         self.boot_id = 0
-        self._plant = plant if plant is not None else _plant(robot, specs, seed, start_rad)
+        self._plant = plant if plant is not None else make_plant(robot, specs, seed, start_rad)
         self._drift_ppm = drift_ppm + self._plant.clock_ppm
         self._clock_offset_us = clock_offset_us
         self._boots: random.Random = random.SystemRandom() if boot_seed is None else random.Random(boot_seed)
@@ -387,7 +387,9 @@ class SimBoard:
         self._outbox += [encode(message) for message in messages]
 
 
-def _plant(robot: Robot, specs: Sequence[Any], seed: int, start_rad: Sequence[float] | None) -> JointPlant:
+def make_plant(
+    robot: Robot, specs: Sequence[Any], seed: int, start_rad: Sequence[float] | None
+) -> JointPlant:
     """The plant, with everything compiled: the first tick must not wait for a compiler."""
     from snakebot.effects import Plant
 

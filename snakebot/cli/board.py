@@ -1,0 +1,115 @@
+"""``snakebot board``: find boards, ask them who they are, simulate one."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import click
+
+from snakebot.cli.ports import SIM
+
+
+@click.group(
+    name="board",
+    epilog="""\b
+Examples:
+  snakebot board list --probe
+  snakebot board info serial:/dev/ttyUSB0
+  snakebot board sim --serial
+  snakebot board sim --can slcan --effect backlash:width_deg=2
+""",
+)
+def command() -> None:
+    """Find boards, ask them who they are, simulate one."""
+
+
+@command.command(
+    name="sim",
+    epilog="""\b
+Examples:
+  snakebot board sim --serial                          a pseudo-terminal
+  snakebot board sim --serial --symlink ./snake        ... under a name that stays
+  snakebot board sim --tcp 127.0.0.1:5555
+  snakebot board sim --can udp_multicast/239.74.163.2
+  snakebot board sim --can slcan                       a pseudo-terminal that is a USB-CAN adapter
+  snakebot board sim --serial --fault free:3@10s --effect servo_lag:time_constant_s=0.08
+
+\b
+It prints the --port to use, and answers until Ctrl-C.
+""",
+)
+@click.option("--serial", "as_serial", is_flag=True, help="Serve on a serial line (a pseudo-terminal).")
+@click.option(
+    "--tcp",
+    is_flag=False,
+    flag_value="127.0.0.1:0",
+    metavar="[HOST:]PORT",
+    help="Serve on a TCP port; 0 takes a free one. This computer only, unless HOST says otherwise.",
+)
+@click.option(
+    "--can", metavar="INTERFACE/CHANNEL", help="Serve on a CAN bus, or `slcan` on a pseudo-terminal."
+)
+@click.option(
+    "--symlink", type=click.Path(dir_okay=False), help="Also make the pseudo-terminal known by this name."
+)
+@click.option("--robot", "robot_source", default="penn_state", show_default=True, help="Robot description.")
+@click.option("--effect", "effects", multiple=True, help="Unmodelled effect: NAME:param=value[,joints=3+4].")
+@click.option(
+    "--fault",
+    "faults",
+    multiple=True,
+    help="A joint that breaks by itself, whatever the host says: free:3, rigid:4+5, rigid:4@12s, clear@20s.",
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
+@click.option("--json", "as_json", is_flag=True, help="Print the port as one JSON object.")
+def sim(**options: Any) -> None:
+    """A simulated board in a process of its own: what a host sees is a real board on a real wire."""
+    from snakebot.cli.board_sim import serve_board
+
+    serve_board(options)
+
+
+@command.command(
+    name="list",
+    epilog="""\b
+Examples:
+  snakebot board list
+  snakebot board list --probe       also ask each port whether a board answers
+""",
+)
+@click.option(
+    "--probe", is_flag=True, help="Open each port and ask for a board. Other devices get to see a few bytes."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print a JSON array.")
+def list_(probe: bool, as_json: bool) -> None:
+    """Serial ports, CAN interfaces and simulated boards of this computer."""
+    from snakebot.cli.board_list import find, show
+
+    found = find(probe)
+    if as_json:
+        click.echo(json.dumps(found))
+    else:
+        show(found, probe)
+
+
+@command.command(
+    name="info",
+    epilog="""\b
+Examples:
+  snakebot board info serial:/dev/ttyUSB0?baud=1000000
+  snakebot board info can:socketcan/can0 --json
+""",
+)
+@click.argument("port", default=SIM)
+@click.option("--robot", "robot_source", default="penn_state", show_default=True, help="What sim: simulates.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def info(port: str, robot_source: str, as_json: bool) -> None:
+    """Who the board on PORT is, and how it is."""
+    from snakebot.cli.board_info import ask, show
+
+    found = ask(port, robot_source)
+    if as_json:
+        click.echo(json.dumps(found))
+    else:
+        show(found)

@@ -14,17 +14,20 @@ from numba import prange
 from snakebot.errors import BadInputError
 from snakebot.physics import kernel
 from snakebot.physics.compiled import jit, jit_parallel
+from snakebot.physics.elementary import sine_cosine
 from snakebot.physics.kernel import FREE, PRESCRIBED, TORQUE
+from snakebot.physics.lanes import WIDTH, get_lane, lane_rows, put_lane, sub_rows
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
 from snakebot.physics.trajectory import Trajectory
 
 Vector = npt.NDArray[np.float64]
-_Setup = tuple[Vector, float, float, npt.NDArray[np.int64], Vector, float, Vector, int, int, int]
 
 # With these, halving the step moves speed and power by less than 0.2 %.
 VISCOUS_STEPS_PER_CYCLE = 200
 COULOMB_STEPS_PER_CYCLE = 400
 FREE_STEPS_PER_CYCLE = 1600  # a swinging link, or one on a stiff servo, answers faster than the gait
+# What the compiled loop leaves behind of a cycle: way, sums over steps, turn, sum of squared tracking errors.
+MEASURES = ("dx", "dy", "heading", "power_in", "power_dissipated", "turn", "squared_error")
 EPS_SHARE = 0.005  # of alpha omega l, the speed that the gait itself gives to the links
 
 
@@ -96,17 +99,34 @@ def simulate_gaits(
         BadInputError: a shape, a joint or a number that makes no sense.
     """
     table = _gait_table(gaits)
-    setup = _setup(
-        model, free_joints, rigid_joints, servo_time_constant_s, pid, cycles, averaged_cycles, steps_per_cycle
+    drives, setup = _setup(
+        model, table, free_joints, rigid_joints, servo_time_constant_s, pid, cycles, steps_per_cycle
     )
-    out = np.zeros((len(table), 6))
-    _batch(table, *setup, out)
-    return GaitResults(table, *(np.ascontiguousarray(column) for column in out.T))
+    if not 1 <= averaged_cycles <= cycles:
+        raise BadInputError(f"physics: cannot average the last {averaged_cycles} of {cycles} cycles")
+    steps = setup[-1]
+    out = np.zeros((len(table), averaged_cycles, len(MEASURES)))
+    _batch(drives, *setup, out, np.zeros((0, 0)))
+    dx, dy, heading, power_in, lost, turn, error = np.moveaxis(out, 2, 0)
+    period = 2 * np.pi / table[:, 2]
+    driven = max(int(np.count_nonzero(setup[3] == TORQUE)), 1)
+    amplitude = np.where(table[:, 0] == 0, np.inf, np.abs(table[:, 0]))
+    along = dx * np.cos(heading / steps) + dy * np.sin(heading / steps)
+    return GaitResults(
+        gaits=table,
+        speed_m_s=np.hypot(dx, dy).mean(axis=1) / period,
+        forward_speed_m_s=along.mean(axis=1) / period,
+        power_in_w=power_in.mean(axis=1) / steps,
+        power_dissipated_w=lost.mean(axis=1) / steps,
+        turn_rad=turn.mean(axis=1),
+        tracking_error=np.sqrt(error.mean(axis=1) / (steps * driven)) / amplitude,
+    )
 
 
 def gait_eps_m_s(model: ChainModel, alpha_rad: float, omega_rad_s: float) -> float:
     """Width of the regularised sign for a gait: ``model.eps``, or a small share of the links' speed if that is less."""
-    return float(_gait_eps(model.packed, model.eps, alpha_rad, omega_rad_s))
+    own: float = EPS_SHARE * abs(alpha_rad) * omega_rad_s * float(model.half_length.mean())
+    return min(model.eps, own) if own > 0 else model.eps
 
 
 def gait_trajectory(
@@ -124,31 +144,39 @@ def gait_trajectory(
     table = _gait_table(gait)
     if len(table) != 1:
         raise BadInputError(f"physics: a trajectory is that of one gait, {len(table)} were given")
-    setup = _setup(model, free_joints, rigid_joints, servo_time_constant_s, pid, cycles, 1, steps_per_cycle)
-    k = model.joints
-    trace = np.zeros((cycles * setup[-1] + 1, 8 + 3 * k))
-    _one_gait(table[0], *setup, np.zeros(6), trace)
-    t = np.arange(len(trace)) * (2 * math.pi / table[0, 2] / setup[-1])
+    drives, setup = _setup(
+        model, table, free_joints, rigid_joints, servo_time_constant_s, pid, cycles, steps_per_cycle
+    )
+    k, steps = model.joints, setup[-1]
+    trace = np.zeros((cycles * steps + 1, 8 + 3 * k))
+    _batch(drives, *setup, np.zeros((1, 1, len(MEASURES))), trace)
+    t = np.arange(len(trace)) * (2 * math.pi / table[0, 2] / steps)
     base, power, angle, rate, torque = np.split(trace, np.cumsum((6, 2, k, k)), axis=1)
     return Trajectory(
         t, angle, rate, torque, base[:, 0:2], base[:, 3:5], base[:, 2], power[:, 0], power[:, 1]
     )  # fmt: skip
 
 
+_Setup = tuple[Vector, float, Vector, npt.NDArray[np.int64], Vector, int, int]
+
+
 def _setup(
     model: ChainModel,
+    table: Vector,
     free_joints: Iterable[int],
     rigid_joints: Iterable[int] | Mapping[int, float],
     servo_time_constant_s: float,
     pid: Pid | None,
     cycles: int,
-    averaged_cycles: int,
     steps_per_cycle: int | None,
-) -> _Setup:
-    """The arguments of the compiled loop, checked."""
+) -> tuple[Vector, _Setup]:
+    """The arguments of the compiled loop, checked: rows (alpha, beta, omega, offset, lag angle, eps), and the rest.
+
+    The lag's answer to a sine is a sine of less amplitude, later.
+    """
     kind, stuck = joint_kinds(model.joints, free_joints, rigid_joints)
-    if not 1 <= averaged_cycles <= cycles:
-        raise BadInputError(f"physics: cannot average the last {averaged_cycles} of {cycles} cycles")
+    if cycles < 1:
+        raise BadInputError(f"physics: cannot simulate {cycles} cycles")
     if not (math.isfinite(servo_time_constant_s) and servo_time_constant_s >= 0):
         raise BadInputError(
             f"physics: the servo time constant must be 0 or more, it is {servo_time_constant_s}"
@@ -161,11 +189,11 @@ def _setup(
         steps_per_cycle = default_steps_per_cycle(model, all_prescribed=bool(np.all(kind == PRESCRIBED)))
     if steps_per_cycle < 8:
         raise BadInputError(f"physics: {steps_per_cycle} steps per cycle are too few; give at least 8")
+    late = np.arctan(table[:, 2] * servo_time_constant_s)
+    eps = [gait_eps_m_s(model, row[0], row[2]) for row in table]
+    drives = np.column_stack((table[:, 0] * np.cos(late), table[:, 1:], late, eps))
     slope = STANDARD_GRAVITY_M_S2 * math.sin(model.slope_rad)
-    return (
-        model.packed, slope, model.eps, kind, stuck, float(servo_time_constant_s), gains, cycles, averaged_cycles,
-        steps_per_cycle,
-    )  # fmt: skip
+    return drives, (model.packed, slope, gains, kind, stuck, cycles, steps_per_cycle)
 
 
 def default_steps_per_cycle(model: ChainModel, *, all_prescribed: bool = True) -> int:
@@ -214,127 +242,164 @@ def _gait_table(gaits: npt.ArrayLike) -> Vector:
     return np.ascontiguousarray(table)
 
 
-@jit
-def reference(gait: Any, tau: float, t: float, kind: Any, stuck: Any, phi: Any, dphi: Any, acc: Any) -> None:
-    """Angle, rate and acceleration at time t of joints that follow the gait or are stuck; free joints are left alone.
-
-    The lag's answer to a sine is a sine of less amplitude, later; the ramp of the first cycle multiplies that.
-    """
-    alpha, beta, omega, offset = gait[0], gait[1], gait[2], gait[3]
-    late = math.atan(omega * tau)
-    alpha *= math.cos(late)
-    s = t * omega / (2 * math.pi)
-    ramp, d_ramp, dd_ramp = 1.0, 0.0, 0.0
-    if s < 1.0:
-        rate = omega / (2 * math.pi)
-        ramp = s * s * s * (10.0 + s * (6.0 * s - 15.0))
-        d_ramp = 30.0 * (s * (1.0 - s)) ** 2 * rate
-        dd_ramp = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) * rate * rate
-    for j in range(phi.size):
-        acc[j] = 0.0
-        if kind[j] == FREE:
-            continue
-        if not math.isnan(stuck[j]):
-            phi[j] = stuck[j]
-            dphi[j] = 0.0
-            continue
-        angle = omega * t + j * beta - late
-        f = alpha * math.sin(angle) + offset
-        df = alpha * omega * math.cos(angle)
-        ddf = -alpha * omega * omega * math.sin(angle)
-        phi[j] = ramp * f
-        dphi[j] = d_ramp * f + ramp * df
-        acc[j] = dd_ramp * f + 2.0 * d_ramp * df + ramp * ddf
-
-
-@jit
-def _gait_eps(links: Any, eps: float, alpha: float, omega: float) -> float:
-    own = EPS_SHARE * abs(alpha) * omega * links[kernel.HALF].mean()
-    return min(eps, own) if own > 0.0 else eps
+# Rows of the joints' scratch.
+(PHI, DPHI, ACC, PHI_END, DPHI_END, ACC_END, PUSH, MEAN_TORQUE, GAP, STIFFNESS, DAMPING) = range(11)
+JOINT_ROWS = 11
 
 
 @jit_parallel
 def _batch(
-    gaits: Any, links: Any, slope: float, eps: float, kind: Any, stuck: Any, tau: float, gains: Any, cycles: int,
-    averaged: int, steps: int, out: Any,
+    drives: Any, links: Any, slope: float, gains: Any, kind: Any, stuck: Any, cycles: int, steps: int, out: Any,
+    trace: Any,
 ) -> None:  # fmt: skip
-    no_trace = np.zeros((0, 0))
-    for g in prange(gaits.shape[0]):
-        _one_gait(
-            gaits[g], links, slope, eps, kind, stuck, tau, gains, cycles, averaged, steps, out[g], no_trace
+    """All gaits, eight at once on each core. ``out``: (G, averaged cycles, measures); ``trace``: of the first gait."""
+    n = links.shape[1]
+    for block in prange((len(out) + WIDTH - 1) // WIDTH):
+        memory = np.zeros((SCRATCH_ROWS * max(n, 6) + 1) * WIDTH)
+        results = np.zeros((out[0].size + 1) * WIDTH)
+        history = np.zeros((trace.size + 1) * WIDTH)
+        _block(
+            block,
+            memory,
+            results,
+            history,
+            drives,
+            links,
+            slope,
+            gains,
+            kind,
+            stuck,
+            cycles,
+            steps,
+            out,
+            trace,
         )
 
 
 @jit
-def _one_gait(
-    gait: Any, links: Any, slope: float, eps: float, kind: Any, stuck: Any, tau: float, gains: Any, cycles: int,
-    averaged: int, steps: int, out: Any, trace: Any,
+def _block(
+    block: int, memory: Any, results_memory: Any, history: Any, drives: Any, links: Any, slope: float, gains: Any,
+    kind: Any, stuck: Any, cycles: int, steps: int, out: Any, trace: Any,
 ) -> None:  # fmt: skip
-    n = links.shape[1]
-    eps = _gait_eps(links, eps, gait[0], gait[2])
-    work, stage = kernel.workspace(n)
-    base = np.zeros(6)
-    phi, dphi, acc = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
-    phi_end, dphi_end, acc_end = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
-    torque, mean_torque, gap = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
-    stiffness, damping, power = np.zeros(n - 1), np.zeros(n - 1), np.zeros(2)
-    driven = 0
-    for j in range(n - 1):
-        if kind[j] == TORQUE:
-            stiffness[j] = gains[0]
-            damping[j] = gains[2]
-            driven += 1
-    h = 2 * math.pi / gait[2] / steps
-    reference(gait, tau, 0.0, kind, stuck, phi, dphi, acc)
-    if trace.shape[0] > 0:
-        _record(trace[0], base, power, phi, dphi, mean_torque)
-    way = forward = power_in = lost = turn = error = 0.0
-    for cycle in range(cycles):
-        x, y = base[0], base[1]
-        heading = 0.0
-        start = base[2]
-        measure = cycle >= cycles - averaged
-        for i in range(steps):
-            reference(gait, tau, (cycle * steps + i + 1) * h, kind, stuck, phi_end, dphi_end, acc_end)
-            for j in range(n - 1):
-                gap[j] = phi_end[j] - h * dphi_end[j] - phi[j]
-            kernel.step(
-                links, slope, eps, h, kind, base, phi, dphi, acc, phi_end, dphi_end, acc_end, torque, stiffness,
-                damping, work, stage, mean_torque, power,
-            )  # fmt: skip
-            for j in range(n - 1):
-                if kind[j] == PRESCRIBED:
-                    acc[j] = acc_end[j]
-                elif kind[j] == TORQUE:
-                    torque[j] += gains[1] * h * 0.5 * (gap[j] + phi_end[j] - phi[j])
-                    if measure:
-                        error += (phi_end[j] - phi[j]) ** 2
-            if trace.shape[0] > 0:
-                _record(trace[cycle * steps + i + 1], base, power, phi, dphi, mean_torque)
-            if measure:
-                heading += base[2]
-                power_in += power[0]
-                lost += power[1]
-        if measure:
-            heading /= steps
-            dx, dy = base[0] - x, base[1] - y
-            way += math.sqrt(dx * dx + dy * dy)
-            forward += dx * math.cos(heading) + dy * math.sin(heading)
-            turn += base[2] - start
-    samples = averaged * steps
-    out[0] = way / (samples * h)
-    out[1] = forward / (samples * h)
-    out[2] = power_in / samples
-    out[3] = lost / samples
-    out[4] = turn / averaged
-    out[5] = math.sqrt(error / (samples * driven)) / abs(gait[0]) if driven > 0 and gait[0] != 0.0 else 0.0
+    """Eight gaits into lanes, and their results out of them. The last block repeats the last gait to be full."""
+    count, averaged, measures = out.shape
+    rows = lane_rows(memory, SCRATCH_ROWS, max(links.shape[1], 6))
+    results = lane_rows(results_memory, averaged, measures)
+    record = lane_rows(history, trace.shape[0], trace.shape[1])
+    for lane in range(WIDTH):
+        gait = min(block * WIDTH + lane, count - 1)
+        for column in range(6):
+            put_lane(rows, 0, column, lane, drives[gait, column])
+    _eight_gaits(
+        rows, links, slope, gains, kind, stuck, cycles, steps, averaged, results, record, trace.shape[0]
+    )
+    for lane in range(min(WIDTH, count - block * WIDTH)):
+        for cycle in range(averaged):
+            for measure in range(measures):
+                out[block * WIDTH + lane, cycle, measure] = get_lane(results, cycle, measure, lane)
+    if block == 0:
+        for row in range(trace.shape[0]):
+            for column in range(trace.shape[1]):
+                trace[row, column] = get_lane(record, row, column, 0)
+
+
+# Scratch of eight gaits: the gaits themselves, base, power, then joints, stage and work.
+SCRATCH_ROWS = 3 + JOINT_ROWS + kernel.STAGE_ROWS + kernel.WORK_ROWS
 
 
 @jit
-def _record(row: Any, base: Any, power: Any, phi: Any, dphi: Any, torque: Any) -> None:
-    k = phi.size
-    row[0:6] = base
-    row[6:8] = power
-    row[8 : 8 + k] = phi
-    row[8 + k : 8 + 2 * k] = dphi
-    row[8 + 2 * k :] = torque
+def _eight_gaits(
+    rows: Any, links: Any, slope: float, gains: Any, kind: Any, stuck: Any, cycles: int, steps: int, averaged: int,
+    results: Any, record: Any, recorded: int,
+) -> None:  # fmt: skip
+    k = links.shape[1] - 1
+    gait, base, power = rows[0], rows[1], rows[2]
+    joints = sub_rows(rows, 3)
+    stage = sub_rows(rows, 3 + JOINT_ROWS)
+    work = sub_rows(rows, 3 + JOINT_ROWS + kernel.STAGE_ROWS)
+    eps = gait[5]
+    h = (2 * math.pi / steps) / gait[2]
+    for j in range(k):
+        if kind[j] == TORQUE:
+            joints[STIFFNESS, j] = gains[0]
+            joints[DAMPING, j] = gains[2]
+    _reference(gait, 0, steps, kind, stuck, joints[PHI], joints[DPHI], joints[ACC])
+    if recorded > 0:
+        _write(record[0], k, base, power, joints)
+    for cycle in range(cycles):
+        measured = cycle - (cycles - averaged)
+        x, y, start = base[0], base[1], base[2]
+        heading, power_in, lost, error = 0.0 * h, 0.0 * h, 0.0 * h, 0.0 * h
+        for i in range(steps):
+            now = cycle * steps + i + 1
+            _reference(gait, now, steps, kind, stuck, joints[PHI_END], joints[DPHI_END], joints[ACC_END])
+            for j in range(k):
+                joints[GAP, j] = joints[PHI_END, j] - h * joints[DPHI_END, j] - joints[PHI, j]
+            kernel.step(
+                links, slope, eps, h, kind, base, joints[PHI], joints[DPHI], joints[ACC], joints[PHI_END],
+                joints[DPHI_END], joints[ACC_END], joints[PUSH], joints[STIFFNESS], joints[DAMPING], work, stage,
+                joints[MEAN_TORQUE], power,
+            )  # fmt: skip
+            for j in range(k):
+                joints[ACC, j] = joints[ACC_END, j]
+                if kind[j] == TORQUE:
+                    gap = joints[PHI_END, j] - joints[PHI, j]
+                    joints[PUSH, j] += gains[1] * 0.5 * h * (joints[GAP, j] + gap)
+                    error += gap * gap
+            if recorded > 0:
+                _write(record[now], k, base, power, joints)
+            heading += base[2]
+            power_in += power[0]
+            lost += power[1]
+        if measured >= 0:
+            results[measured, 0] = base[0] - x
+            results[measured, 1] = base[1] - y
+            results[measured, 2] = heading
+            results[measured, 3] = power_in
+            results[measured, 4] = lost
+            results[measured, 5] = base[2] - start
+            results[measured, 6] = error
+
+
+@jit
+def _reference(
+    gait: Any, step: int, steps: int, kind: Any, stuck: Any, phi: Any, dphi: Any, acc: Any
+) -> None:
+    """Angle, rate and acceleration at a step of joints that follow the gait or are stuck; free joints are left alone.
+
+    Over the first cycle the amplitude grows by a ramp whose first two derivatives start and end at 0.
+    """
+    alpha, beta, omega, offset, late = gait[0], gait[1], gait[2], gait[3], gait[4]
+    turn = 2 * math.pi / steps * (step % steps)
+    ramp, d_ramp, dd_ramp = 1.0, 0.0, 0.0
+    if step < steps:
+        s = step / steps
+        ramp = s * s * s * (10.0 + s * (6.0 * s - 15.0))
+        d_ramp = 30.0 * (s * (1.0 - s)) ** 2 / (2 * math.pi)
+        dd_ramp = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (2 * math.pi) ** 2
+    for j in range(kind.size):
+        if kind[j] == FREE:
+            acc[j] = 0.0
+        elif not math.isnan(stuck[j]):
+            phi[j] = stuck[j]
+            dphi[j] = 0.0
+            acc[j] = 0.0
+        else:
+            sine, cosine = sine_cosine(turn + j * beta - late)
+            f = alpha * sine
+            df = alpha * cosine
+            phi[j] = ramp * (f + offset)
+            dphi[j] = omega * (d_ramp * (f + offset) + ramp * df)
+            acc[j] = omega * omega * (dd_ramp * (f + offset) + 2.0 * d_ramp * df - ramp * f)
+
+
+@jit
+def _write(row: Any, k: int, base: Any, power: Any, joints: Any) -> None:
+    for i in range(6):
+        row[i] = base[i]
+    row[6] = power[0]
+    row[7] = power[1]
+    for j in range(k):
+        row[8 + j] = joints[PHI, j]
+        row[8 + k + j] = joints[DPHI, j]
+        row[8 + 2 * k + j] = joints[MEAN_TORQUE, j]

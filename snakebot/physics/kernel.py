@@ -10,6 +10,8 @@ place of M (see ``step``), which in this recursion only means a heavier link.
 
 Misprints of the paper, not followed here: (21) prints M I_n for the translation of the whole robot, it is M I_2; (22)
 prints the same rotation twice, velocities are brought into the link's axes by its transpose.
+
+Every function here works on numbers, or on eight robots of the same links and drives at once (see ``lanes``).
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from snakebot.physics.compiled import jit
+from snakebot.physics.elementary import sign_over_speed, sine_cosine
 
 # Rows of ChainModel.packed, (8, n).
 MASS, HALF, INERTIA, CT, CN, CT0, CN0, CR = range(8)
@@ -43,7 +46,7 @@ GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
 
 @jit
-def first_angle(psi: float, phi: Any, n: int) -> float:
+def first_angle(psi: Any, phi: Any, n: int) -> Any:
     """Angle of link 1 from the mean link angle."""
     total = 0.0
     for j in range(n - 1):
@@ -70,8 +73,9 @@ def kinematics(links: Any, base: Any, phi: Any, dphi: Any, acc: Any, work: Any) 
             rate += dphi[i - 1]
             bias += acc[i - 1]
         half = links[HALF, i]
-        ex = half * math.cos(angle)
-        ey = half * math.sin(angle)
+        sine, cosine = sine_cosine(angle)
+        ex = half * cosine
+        ey = half * sine
         work[COS, i] = ex
         work[SIN, i] = ey
         work[OMEGA, i] = rate
@@ -154,17 +158,8 @@ def generalised_to_links(links: Any, k: Any, kphi: Any, work: Any) -> None:
 
 
 @jit
-def sign_over_speed(v: float, eps: float) -> float:
-    """tanh(v/eps)/v, finite at 0."""
-    s = abs(v) / eps
-    if s < 1e-4:
-        return 1.0 / eps
-    return math.tanh(s) / (s * eps)
-
-
-@jit
 def solve(
-    links: Any, slope_force: float, eps: float, gh: float, time_sign: float, memory: float,
+    links: Any, slope_force: float, eps: Any, gh: Any, time_sign: float, memory: float,
     kind: Any, torque: Any, damping: Any, work: Any, k: Any, kphi: Any,
 ) -> None:  # fmt: skip
     """Solve (M + gh K) k = forces, link by link, where ``work`` holds the kinematics.
@@ -179,6 +174,7 @@ def solve(
         k, kphi: out, generalised accelerations (3,), (n-1,).
     """
     n = links.shape[1]
+    inverse_eps = 1.0 / eps
     for i in range(n):
         m = links[MASS, i]
         inv = 1.0 / links[HALF, i]
@@ -191,9 +187,9 @@ def solve(
         kt = links[CT, i]
         kn = links[CN, i]
         if links[CT0, i] > 0.0:
-            kt += links[CT0, i] * sign_over_speed(vt, eps)
+            kt += links[CT0, i] * sign_over_speed(vt, inverse_eps)
         if links[CN0, i] > 0.0:
-            kn += links[CN0, i] * sign_over_speed(vn, eps)
+            kn += links[CN0, i] * sign_over_speed(vn, inverse_eps)
         kr = links[CR, i]
         # K in the world's axes
         kxx = kt * c * c + kn * s * s
@@ -344,15 +340,15 @@ def solve(
 
 @jit
 def step(
-    links: Any, slope_force: float, eps: float, h: float, kind: Any, base: Any, phi: Any, dphi: Any,
+    links: Any, slope_force: float, eps: Any, h: Any, kind: Any, base: Any, phi: Any, dphi: Any,
     acc: Any, phi_end: Any, dphi_end: Any, acc_end: Any, torque: Any, stiffness: Any, damping: Any,
     work: Any, stage: Any, mean_torque: Any, power: Any,
 ) -> None:  # fmt: skip
     """One step of ROS2 in place: ``base`` (6,), ``phi`` and ``dphi`` (n-1,) move on by ``h``.
 
     A prescribed joint goes to ``phi_end``, ``dphi_end``; its accelerations are ``acc`` and ``acc_end`` at the two ends.
-    On another joint acts ``torque``, plus ``stiffness`` and ``damping`` times its distance from a reference that gets to
-    ``phi_end``, ``dphi_end``, ``acc_end``: a stiff servo is a joint like that, treated implicitly like the ground.
+    On another joint acts ``torque``, plus ``stiffness`` and ``damping`` times its distance from a reference that gets
+    to ``phi_end``, ``dphi_end``, ``acc_end``: a stiff servo is a joint like that, treated implicitly like the ground.
 
     ``mean_torque`` (n-1,) and ``power`` (2,) come out: torques and power put in over the step, power lost to the ground
     at its start. The reactions of the two stages are used for that: the true torque at one instant jumps wherever a
@@ -422,7 +418,7 @@ def step(
 
 
 @jit
-def dissipation(n: int, work: Any) -> float:
+def dissipation(n: int, work: Any) -> Any:
     """Power that the links lose to the ground, W, at the state of the last ``solve``."""
     lost = 0.0
     for i in range(n):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 
 import click
@@ -64,8 +65,13 @@ def cli() -> None:
     """Drive a servo snake robot, simulate it, and find out why the two differ."""
 
 
+def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
+    click.echo(f"snakebot: warning: {message}", err=True)
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Entry point: every error meant for the user becomes one line and its exit status."""
+    warnings.showwarning = _show_warning
     try:
         status = cli.main(args=arguments, prog_name="snakebot", standalone_mode=False)
     except click.exceptions.Abort:

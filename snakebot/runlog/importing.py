@@ -14,14 +14,13 @@ from snakebot.errors import BadInputError, LogError
 from snakebot.robot import Robot
 from snakebot.runlog.column_map import Source, apply_map
 from snakebot.runlog.log import gait_to_mapping
+from snakebot.runlog.merging import EPOCH_S
 from snakebot.runlog.naming import final_path
 from snakebot.runlog.records import Pose, Telemetry, Tick
 from snakebot.runlog.run import Run
 from snakebot.runlog.session import KnownColumns, run_from_table
 from snakebot.runlog.table import Dialect, Table, read_table
 from snakebot.runlog.writer import RunWriter
-
-EPOCH_S = 1e9  # a time beyond this is a wall clock's (2001 and later), not seconds since the start
 
 
 def import_table(

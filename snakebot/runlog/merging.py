@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,14 +13,18 @@ from numpy.typing import NDArray
 
 from snakebot.errors import BadInputError, LogError
 from snakebot.runlog.channels import POSE, encode_pose
+from snakebot.runlog.column_map import Source, apply_map
 from snakebot.runlog.finish import Changes, finish
 from snakebot.runlog.log import RunLog
 from snakebot.runlog.naming import PART_SUFFIX, final_path
 from snakebot.runlog.reader import read_log
 from snakebot.runlog.records import Pose
+from snakebot.runlog.session import KnownColumns, check_time
+from snakebot.runlog.table import Dialect, read_table
 
 Floats = NDArray[np.float64]
 
+EPOCH_S = 1e9  # a time beyond this is a wall clock's (2001 and later), not seconds since the start
 ALIGN_RATE_HZ = 50.0
 ENOUGH_CORRELATION = 0.6
 MIN_OVERLAP_S = 2.0
@@ -57,6 +62,44 @@ def merge_speed(
         raise BadInputError(f"speed {speed_m_s}: not a finite number")
     about = {"forward_speed_m_s": float(speed_m_s), "forward_speed_source": source}
     return _rewrite(Path(path), output, Changes(metadata=about))
+
+
+def read_track(path: Path, mapping: Mapping[str, Source], dialect: Dialect | None = None) -> Track:
+    """Read a track's table, through the column map where one is given.
+
+    Raises:
+        BadInputError: one line with file, row and column.
+    """
+    wanted = frozenset(source.column for source in mapping.values()) if mapping else KnownColumns()
+    table = read_table(path, wanted, dialect)
+    columns = apply_map(table.columns, mapping, str(path)) if mapping else table.columns
+    for name in ("t_s", "x_m", "y_m"):
+        if name not in columns:
+            raise BadInputError(f"{path}: row 1: column {name} is missing; a track needs t_s, x_m and y_m")
+    check_time(path, table.first_row, columns["t_s"])
+    heading = columns.get("heading_rad", np.full(columns["t_s"].size, np.nan))
+    return Track(columns["t_s"], np.column_stack([columns["x_m"], columns["y_m"], heading]))
+
+
+def place_track(log: RunLog, track: Track, offset_s: float | None) -> tuple[Offset, str]:
+    """Bring the track onto the run's time: by a given offset, by its wall clock, or by the motion.
+
+    Raises:
+        BadInputError: the motion does not say, or the two do not overlap.
+    """
+    start_s = float(log.metadata.get("start_time_ns", 0)) * 1e-9
+    if offset_s is not None:
+        offset, how = Offset(offset_s, math.nan), "given"
+    elif track.t_s[0] > EPOCH_S:
+        offset, how = Offset(start_s, math.nan), "wall clock"
+    else:
+        offset, how = align_track(log, track), "motion"
+    t_s = track.t_s - offset.offset_s
+    if not log.t_s.size or t_s[-1] < log.t_s[0] or t_s[0] > log.t_s[-1]:
+        raise BadInputError(
+            f"{log.path}: run and track do not overlap at an offset of {offset.offset_s:.3f} s"
+        )
+    return offset, how
 
 
 def merge_track(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from snakebot.errors import BadInputError
+from snakebot.runlog.listing import find_logs
 from snakebot.runlog.naming import PART_SUFFIX, SUFFIX
 from snakebot.runlog.reader import read_log
 from snakebot.runlog.run import Run, Session
@@ -17,12 +20,17 @@ PathLike = str | os.PathLike[str]
 
 
 def open_session(path: PathLike) -> Session:
-    """A session folder, or one log (``.mcap``, ``.mcap.part``) as a session of one run.
+    """A session folder, a folder of logs, or one log (``.mcap``, ``.mcap.part``) as a session of one run.
 
     Raises:
         BadInputError, LogError: it is neither, or holds an error; one line says where.
     """
     given = Path(path)
+    if given.is_dir() and not (given / SESSION_FILE).exists():
+        logs = list(find_logs(given))
+        if not logs:
+            raise BadInputError(f"{given}: holds neither {SESSION_FILE} nor run logs ({SUFFIX})")
+        return open_runs(logs)
     if given.is_dir() or given.name == SESSION_FILE:
         return read_session(given)
     if given.name.endswith((SUFFIX, SUFFIX + PART_SUFFIX)):
@@ -55,6 +63,8 @@ def open_run(path: PathLike) -> Run:
 def open_runs(paths: Iterable[PathLike]) -> Session:
     """Logs and sessions of one robot together, in the order given. The robot is the first one's.
 
+    Of runs that have the same name the later ones get a number.
+
     Raises:
         BadInputError, LogError: as ``open_session``; or a joint count differs.
     """
@@ -70,7 +80,28 @@ def open_runs(paths: Iterable[PathLike]) -> Session:
             )
     return Session(
         robot=first.robot,
-        runs=tuple(run for session in sessions for run in session.runs),
+        runs=_named_apart(sessions),
         path=first.path if len(sessions) == 1 else None,
         warnings=tuple(note for session in sessions for note in session.warnings),
     )
+
+
+def _named_apart(sessions: Iterable[Session]) -> tuple[Run, ...]:
+    taken: set[str] = set()
+    apart: list[Run] = []
+    for session in sessions:
+        names = {run.name: _free_name(run.name, taken) for run in session.runs}
+        taken.update(names.values())
+        for run in session.runs:
+            repeat_of = None if run.repeat_of is None else names.get(run.repeat_of, run.repeat_of)
+            apart.append(replace(run, name=names[run.name], repeat_of=repeat_of))
+    return tuple(apart)
+
+
+def _free_name(name: str, taken: set[str]) -> str:
+    stem, ending = name, ""
+    for suffix in TABLE_SUFFIXES:
+        if name.endswith(suffix):
+            stem, ending = name.removesuffix(suffix), suffix
+    numbered = (f"{stem}-{count}{ending}" for count in itertools.count(2))
+    return name if name not in taken else next(free for free in numbered if free not in taken)

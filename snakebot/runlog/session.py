@@ -27,7 +27,7 @@ MAX_SESSION_SAMPLES = 50_000_000  # rows times joints, over all runs
 _PER_JOINT = re.compile(r"(cmd|enc|applied)_([1-9]\d{0,3})_rad|(current|temperature)_([1-9]\d{0,3})_(?:a|c)")
 _POSE = ("x_m", "y_m", "heading_rad")
 _SINGLE = frozenset({"t_s", *_POSE, "supply_v", "sequence", "board_time_us", "latency_s", "late"})
-RUN_KEYS = {"file", "gait", "forward_speed_m_s", "repeat_of", "hold_out"}
+RUN_KEYS = {"file", "gait", "forward_speed_m_s", "repeat_of", "hold_out", "metadata"}
 
 
 class _Noticed(NamedTuple):
@@ -98,6 +98,9 @@ def _read_run(folder: Path, where: str, entry: Any, robot: Robot, noticed: _Noti
     repeat_of = entry.get("repeat_of")
     if repeat_of is not None and not isinstance(repeat_of, str):
         raise BadInputError(f"{where}: repeat_of: not the file of a run (found {repeat_of!r})")
+    metadata = entry.get("metadata", {})
+    if not isinstance(metadata, Mapping):
+        raise BadInputError(f"{where}: metadata: not a mapping of names to values")
     unknown = {str(key) for key in entry if key not in RUN_KEYS}
     noticed.keys.update(unknown)
     return run_from_table(
@@ -110,7 +113,7 @@ def _read_run(folder: Path, where: str, entry: Any, robot: Robot, noticed: _Noti
         forward_speed_m_s=None if speed is None else float(speed),
         repeat_of=repeat_of,
         hold_out=hold_out,
-        metadata={key: entry[key] for key in entry if str(key) in unknown},
+        metadata={**metadata, **{key: entry[key] for key in entry if str(key) in unknown}},
     )
 
 
@@ -155,7 +158,7 @@ def run_from_table(path: Path, table: Table, joints: int, unknown: set[str], **a
         if match and int(match[2] or match[4]) > joints:
             raise BadInputError(f"{path}: row 1: column {name}: the robot has {joints} joints")
     t_s = columns["t_s"]
-    _check_time(path, table.first_row, t_s)
+    check_time(path, table.first_row, t_s)
 
     def stack(kind: str) -> NDArray[np.float64]:
         return np.stack([columns[f"{kind}_{j}_rad"] for j in range(1, joints + 1)], axis=1)
@@ -188,7 +191,8 @@ def run_from_table(path: Path, table: Table, joints: int, unknown: set[str], **a
     )
 
 
-def _check_time(path: Path, first_row: int, t_s: NDArray[np.float64]) -> None:
+def check_time(path: Path, first_row: int, t_s: NDArray[np.float64]) -> None:
+    """Raise the BadInputError of a time that is empty or does not rise."""
     if not t_s.size:
         raise BadInputError(f"{path}: no samples under the header")
     empty = np.flatnonzero(np.isnan(t_s))

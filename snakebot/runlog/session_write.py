@@ -29,7 +29,7 @@ def write_session(
 ) -> Path:
     """Write runs as a session folder; ``session.yaml`` comes last, so a folder that has one is whole.
 
-    Metadata of a run is written where it is plain (numbers, text, lists) and no key of the form itself.
+    What else a run's metadata holds (as far as it is plain data) goes under the run's key ``metadata``.
 
     Raises:
         BadInputError: the folder holds something already, a run has other joints than the robot, or two runs
@@ -129,13 +129,13 @@ def _entry(run: Run, files: Mapping[str, str]) -> dict[str, Any]:
         entry["repeat_of"] = files.get(run.repeat_of, run.repeat_of)
     if run.hold_out:
         entry["hold_out"] = True
-    entry.update(
-        {key: value for key, value in run.metadata.items() if key not in RUN_KEYS and _is_plain(value)}
-    )
-    return entry
+    rest = {str(k): v for k, v in run.metadata.items() if k not in RUN_KEYS and _is_plain(v)}
+    return {**entry, "metadata": rest} if rest else entry
 
 
 def _is_plain(value: object) -> bool:
     if isinstance(value, (list, tuple)):
         return all(_is_plain(item) for item in value)
+    if isinstance(value, Mapping):
+        return all(isinstance(key, str) and _is_plain(item) for key, item in value.items())
     return value is None or isinstance(value, (bool, int, float, str))

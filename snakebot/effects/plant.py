@@ -68,19 +68,19 @@ class Plant:
         self._rng = np.random.default_rng(seed)
         self._link = self.stages.link_filters()
         self._sensors = self.stages.sensor_filters()
-        self._rows = self.stages.servo_rows.copy()
+        rows = self.stages.servo_rows
         self._applied = np.broadcast_to(np.asarray(initial_rad, dtype=np.float64), (robot.joints,)).copy()
         model = self.stages.model
         self._chain = DrivenChain(
-            self._rows,
-            layout.rest_angle_rad(self._rows, self._applied),
+            rows,
+            layout.rest_angle_rad(rows, self._applied),
             model=model,
-            load_model=model if self.stages.feels_load else None,
             t_s=t_s,
             grid_s=dt_s,
-            fine=layout.needs_fine_steps(self._rows),
+            fine=layout.needs_fine_steps(rows),
         )
         self._chain.setpoint[:] = self._applied
+        self._rows = self._chain.params  # modes are written into it
         self._coming: deque[tuple[float, Vector]] = deque()
         self._free = np.zeros(robot.joints, dtype=bool)
         self._hold = np.full(robot.joints, np.nan)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Iterable
 from dataclasses import dataclass
-from hashlib import blake2b
-from threading import Lock
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +17,6 @@ from snakebot.physics import servo_layout as layout
 if TYPE_CHECKING:
     from snakebot.effects.spec import EffectSpec
     from snakebot.physics import Trajectory
-    from snakebot.physics.servo_chain import Samples
     from snakebot.robot import Robot
 
 Vector = npt.NDArray[np.float64]
@@ -35,8 +31,8 @@ class Servos:
 
     Attributes:
         joint_angle_rad, load_nm: (T, joints).
-        powered: (T, joints) whether the servo had a set-point at that sample. A joint without one has its known angle, if
-            any, and says nothing about the servo.
+        powered: (T, joints) whether the servo had a set-point at that sample. A joint without one has its known angle,
+            if any, and says nothing about the servo.
         base: (T, 6) x, y, heading of the body and their rates, where the servo stage had to simulate it.
     """
 
@@ -85,7 +81,7 @@ class Prediction:
         joint_angle_rad: (T, joints).
         encoder_rad: (T, joints) mean reading, noiseless.
         variance_rad2: (T, joints) of the reading about it, as far as chance has a part (noise, counts, lost set-points).
-        load_nm: (T, joints) torque that each servo felt; zeros where nothing in it depends on load.
+        load_nm: (T, joints) torque that each servo felt; zeros where the angles are known without simulating it.
         powered: (T, joints), see ``Servos``.
         motion: over ground; None on a bench or where not asked for.
     """
@@ -127,7 +123,7 @@ def predict(
         measured_rad: (T, joints) readings. Taken from it: the joints' start, and joints while their servo is off.
         applied_rad: (T, joints) set-points that the board said were in force: the link stage is skipped.
         joint_angle_rad: (T, joints) true joint angles: link and servo stage are skipped.
-        initial_rad: (joints,) joint angles at the first sample; otherwise those measured, or at rest at the first command.
+        initial_rad: (joints,) joint angles at the first sample; otherwise those measured, or rest at the first command.
         load_nm: (T, joints) known torques on the servos; otherwise they are simulated where an effect needs them.
         pose: x, y, heading at the first sample.
         body: False skips the motion over ground.
@@ -217,7 +213,8 @@ def servo_stage(
         initial_rad: (joints,) joint angles at the first sample; None: those of ``known_rad``, or at rest.
         known_rad: (T, joints) true joint angles where they are known: a joint without a set-point takes them, so that
             its servo wakes up from the right place. (A broken joint does not: it is simulated.)
-        load_nm: (T, joints) in place of the simulated load.
+        load_nm: (T, joints) torques that are known: sag and friction are then quasi-static, without simulating the
+            body, and no torque limit is felt.
     """
     from snakebot.physics.servo_chain import DrivenChain
 
@@ -233,17 +230,14 @@ def servo_stage(
     powered = np.isfinite(setpoint_at(track, t_s))[:, rows[:, layout.SOURCE].astype(np.int64)]
     known = None if known_rad is None else np.where(powered, np.nan, known_rad)
     broken = bool(np.any(rows[:, layout.LOCKED] == layout.FREE_JOINT))
-    coupled = stages.model is not None and (
-        broken or layout.limits_torque(rows) or (known is None and not powered.all())
+    model = stages.model
+    coupled = model is not None and (
+        broken or (stages.feels_load and load_nm is None) or (known is None and not powered.all())
     )
-    load_t, load = (t_s, load_nm) if load_nm is not None else (None, None)
-    if stages.feels_load and stages.model is not None and load is None and not coupled:
-        load_t, load = _ideal_load(stages, track, t_s, start)
     chain = DrivenChain(
         rows,
         start,
-        model=stages.model if coupled else None,
-        load_model=stages.model if coupled and stages.feels_load and load is None else None,
+        model=model if coupled else None,
         pose=pose,
         t_s=float(t_s[0]),
         grid_s=GRID_S,
@@ -254,8 +248,8 @@ def servo_stage(
         track.time_s,
         track.setpoint_rad,
         since_s=float(t_s[0]),
-        load_t_s=load_t,
-        load_nm=load,
+        load_t_s=t_s if load_nm is not None else None,
+        load_nm=load_nm,
         known_rad=known,
     )
     return Servos(out.angle, out.load, powered, out.base if coupled else None)
@@ -296,49 +290,6 @@ def replay_stage(
 
 def _motion(t_s: Vector, base: Vector) -> Motion:
     return Motion(t_s, base[:, 0:2], base[:, 2], base[:, 3:5])
-
-
-# The load on the servos is that of their ideal motion, which a fit of stiffness, friction or torque does not change.
-_loads: OrderedDict[bytes, tuple[Vector, Vector]] = OrderedDict()
-_loads_lock = Lock()
-_LOADS_KEPT = 32
-_AFTER_IDEAL = (
-    (layout.RATE_DROP_PER_NM, 0.0),
-    (layout.TORQUE_LIMIT_NM, np.inf),
-    (layout.INERTIA_KG_M2, 0.0),
-    (layout.COULOMB_NM, 0.0),
-    (layout.LOOP_COMPLIANCE_RAD_NM, 0.0),
-    (layout.COMPLIANCE_RAD_NM, 0.0),
-    (layout.BACKLASH_RAD, 0.0),
-)
-
-
-def _ideal_load(stages: Stages, track: Track, t_s: Vector, start: Vector) -> tuple[Vector, Vector]:
-    """Times (L,) and torques (L, joints) that ideal servos would bear; kept for the next call with the same motion."""
-    from snakebot.physics.servo_chain import DrivenChain
-
-    if stages.model is None:
-        raise BadInputError(f"robot {stages.robot.name} has no body that could load its servos")
-    rows = stages.servo_rows.copy()
-    for column, neutral in _AFTER_IDEAL:
-        rows[:, column] = neutral
-    mark = blake2b(stages.model.packed.tobytes())
-    slope = np.array([stages.model.slope_rad, stages.model.eps])
-    for part in (slope, rows, track.time_s, track.setpoint_rad, t_s[[0, -1]], start):
-        mark.update(np.ascontiguousarray(part).tobytes())
-    key = mark.digest()
-    with _loads_lock:
-        if key in _loads:
-            _loads.move_to_end(key)
-            return _loads[key]
-    grid = np.append(np.arange(t_s[0], t_s[-1], GRID_S), t_s[-1])
-    chain = DrivenChain(rows, start, load_model=stages.model, t_s=float(t_s[0]), grid_s=GRID_S)
-    out: Samples = chain.run(grid, track.time_s, track.setpoint_rad, since_s=float(t_s[0]))
-    with _loads_lock:
-        _loads[key] = grid, out.load
-        while len(_loads) > _LOADS_KEPT:
-            _loads.popitem(last=False)
-    return grid, out.load
 
 
 def _table(given: npt.ArrayLike, t_s: Vector, robot: Robot, name: str) -> Vector:

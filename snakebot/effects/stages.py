@@ -64,10 +64,6 @@ class Stages:
             rows[:, layout.ARM_COULOMB_NM] = arm.coulomb_nm
         for spec in self.specs:
             spec.effect.write_servo(rows, spec.joint_indices(robot.joints), spec, robot)
-        if self.model is not None and layout.limits_torque(rows):
-            from snakebot.effects.inertia import felt_inertia_kg_m2
-
-            rows[:, layout.INERTIA_KG_M2] = felt_inertia_kg_m2(self.model)
         rows.setflags(write=False)
         return rows
 

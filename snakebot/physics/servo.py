@@ -7,9 +7,9 @@ parameter is at its neutral value costs next to nothing. See ``servo_layout`` fo
 Set-points are held between ticks, so the response over a step is known in closed form: first order with dead band and
 rate limit exactly, second order exactly while neither bites. The step size does not show.
 
-Load. ``load_nm`` is the torque that the servo has to exert, positive where it pushes the joint to larger angles; it is
-that of the *ideal* motion (the same servo without a load), so that there is no loop between sag and load. What a torque
-limit does to the joint of a body depends on the whole body: ``servo_chain`` works it out and leaves it in HELD_BACK.
+Load. ``load_nm`` is the torque that the servo has to exert, positive where it pushes the joint to larger angles. Under a
+known load, or with an arm on a bench, sag and dry friction are quasi-static here. In a body they depend on all the
+rest: ``servo_chain`` works them out with the chain, and leaves them in HELD_BACK.
 """
 
 from __future__ import annotations
@@ -34,8 +34,6 @@ from snakebot.physics.servo_layout import (
     FREE_JOINT,
     GAIN,
     HELD_BACK,
-    IDEAL,
-    IDEAL_RATE,
     LOCK_RAD,
     LOCKED,
     LOOP_COMPLIANCE_RAD_NM,
@@ -51,6 +49,8 @@ from snakebot.physics.servo_layout import (
     RATE_LIMIT_RAD_S,
     RIGID_JOINT,
     SIGN,
+    SMOOTH,
+    SMOOTH_RATE,
     SOURCE,
     TIME_CONSTANT_S,
     TORQUE_LIMIT_NM,
@@ -88,7 +88,6 @@ def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: f
     before = s[OUTPUT]
     if p[LOCKED] == RIGID_JOINT:
         s[OUTPUT] = p[LOCK_RAD]
-        s[IDEAL] = p[LOCK_RAD]
         s[OUTPUT_RATE] = (s[OUTPUT] - before) / dt
         return
     if p[LOCKED] == FREE_JOINT or math.isnan(setpoint):
@@ -102,11 +101,11 @@ def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: f
         s[POWERED] = 1.0
         s[FILTERED] = s[OUTPUT]
         s[MOTOR] = s[OUTPUT]
-        s[IDEAL] = s[OUTPUT]
+        s[SMOOTH] = s[OUTPUT]
+        s[SMOOTH_RATE] = s[OUTPUT_RATE]
         s[DRAGGED] = s[OUTPUT]
         s[HELD_BACK] = 0.0
         s[MOTOR_RATE] = s[OUTPUT_RATE] if p[NATURAL_FREQ_RAD_S] > 0.0 else 0.0
-        s[IDEAL_RATE] = s[MOTOR_RATE]
 
     target = p[GAIN] * p[SIGN] * setpoint + p[OFFSET_RAD]
     if p[NATURAL_FREQ_RAD_S] > 0.0 and p[TIME_CONSTANT_S] > 0.0:
@@ -121,11 +120,6 @@ def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: f
     start = s[MOTOR]
     motor_rate = s[MOTOR_RATE]
     s[MOTOR], s[MOTOR_RATE] = _motor(s[MOTOR], motor_rate, p, target, load, t, dt)
-    if p[RATE_DROP_PER_NM] > 0.0:
-        s[IDEAL], s[IDEAL_RATE] = _motor(s[IDEAL], s[IDEAL_RATE], p, target, 0.0, t, dt)
-    else:
-        s[IDEAL] = s[MOTOR]
-        s[IDEAL_RATE] = s[MOTOR_RATE]
     if p[ARM_INERTIA_KG_M2] > 0.0 and p[TORQUE_LIMIT_NM] < math.inf:
         _limit_torque(s, p, start, motor_rate, load, dt)
 

@@ -1,8 +1,10 @@
 """Servos that drive a chain, compiled: one loop serves the simulated board, sample by sample, and a whole run at once.
 
-Time goes on in steps that end at every set-point, every sample and every point of the chain's own grid. On the grid the
-chain follows: joints that a servo holds are prescribed, joints without torque swing. A second chain, with ideal servos,
-is stepped beside it where a servo feels its load: it gives that load (see ``servo``).
+Time goes on in steps that end at every set-point, every sample and every point of the chain's own grid. On the grid
+the chain follows its servos. A joint whose servo is stiff and strong is prescribed, one without torque swings, and one
+that the load can hold back (torque limit, dry friction, a soft shaft or position loop) is driven by torque: a spring to
+where its motor is, as far as the torque goes, less friction. Spring and stiction are implicit; whether a joint slips is
+found by trying the step again.
 """
 
 from __future__ import annotations
@@ -15,19 +17,21 @@ import numpy as np
 import numpy.typing as npt
 
 from snakebot.physics import kernel
+from snakebot.physics import servo_layout as layout
 from snakebot.physics.compiled import jit
+from snakebot.physics.inertia import felt_inertia_kg_m2
 from snakebot.physics.kernel import FREE, PRESCRIBED, TORQUE
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2
 from snakebot.physics.servo import is_free, servo_step
 from snakebot.physics.servo_layout import (
     DRIVEN,
     HELD_BACK,
-    IDEAL,
-    INERTIA_KG_M2,
     LOCKED,
+    MOTOR,
     OUTPUT,
     OUTPUT_RATE,
-    TORQUE_LIMIT_NM,
+    SMOOTH,
+    SMOOTH_RATE,
     Rows,
     state_at_rest,
 )
@@ -41,35 +45,56 @@ Vector = npt.NDArray[np.float64]
 # jumps shake the wheels' dry friction loose and cost 4 % of the speed at 100 Hz, 10 % at 50 Hz.
 SMOOTHING_S = 0.01  # critically damped, between servo and chain
 LOAD_FILTER_S = 0.02  # first order, on the torque that a servo feels
-GRIP_RAD_S = 60.0  # bandwidth at which a servo below its torque limit holds on to its motion
+STIFF_RAD_S = 60.0  # natural frequency of a stiff joint below its torque limit, besides what it knows to bear
+SOFT_DAMPING = 0.3  # damping ratio of a joint on a soft spring
+STICK_RAD_S = 2e-3  # a joint slower than this sticks
+ATTEMPTS = 4  # at a step, until no joint changes between sticking and slipping
 TIME_GRAIN_S = 1e-9  # steps shorter than this are none
-
 
 _NO_LINKS = np.zeros((8, 0))
 _NO_LINKS.setflags(write=False)  # as those of a model: one type, compiled once
 
+# Columns of a joint's grip, what the load can do to it.
+STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF = range(5)
+# Rows of the loop's own scratch.
+OLD_BASE, OLD_PHI, OLD_DPHI, SLIDING, WEAK, KNOWN = range(6)
+
+
+def _grips(params: Rows, model: ChainModel) -> Vector:
+    """(joints, 5): spring and damper between motor and joint, dry friction, torque limit; no spring: prescribed."""
+    give = params[:, layout.LOOP_COMPLIANCE_RAD_NM] + params[:, layout.COMPLIANCE_RAD_NM]
+    coulomb, limit = params[:, layout.COULOMB_NM], params[:, layout.TORQUE_LIMIT_NM]
+    inertia = felt_inertia_kg_m2(model)
+    soft = give > 0
+    stiffness = np.where(soft, 1.0 / np.where(soft, give, 1.0), inertia * STIFF_RAD_S**2)
+    damping = 2.0 * np.where(soft, SOFT_DAMPING, 1.0) * np.sqrt(stiffness * inertia)
+    felt = soft | (coulomb > 0) | np.isfinite(limit)
+    return np.stack([np.where(felt, stiffness, 0.0), damping, coulomb, limit, ~soft], axis=1)
+
 
 class _Body:
-    """The state of one chain inside the loop; of none where ``model`` is None."""
+    """The state of a chain inside the loop; of none where ``model`` is None."""
 
     def __init__(
-        self, model: ChainModel | None, angle_rad: Vector, pose: npt.ArrayLike = (0.0, 0.0, 0.0)
+        self, model: ChainModel | None, params: Rows, angle_rad: Vector, pose: npt.ArrayLike
     ) -> None:
         k = 0 if model is None else model.joints
         self.rows = _NO_LINKS if model is None else model.packed
         self.slope = 0.0 if model is None else STANDARD_GRAVITY_M_S2 * math.sin(model.slope_rad)
         self.eps = 1.0 if model is None else model.eps
+        self.grips = np.zeros((0, 5)) if model is None else _grips(params, model)
         self.base = np.zeros(6)  # x, y, heading of the centre of mass, and their rates
         self.base[:3] = pose
         self.angle = angle_rad[:k].copy()
         self.rate, self.torque, self.power = np.zeros(k), np.zeros(k), np.zeros(2)
         self.kind = np.zeros(k, dtype=np.int64)
         self.work, self.stage = kernel.workspace(0 if model is None else model.links)
+        self.scratch = np.zeros((6, max(k, 6)))
 
     def arguments(self) -> tuple[Any, ...]:
         return (
-            self.rows, self.slope, self.eps, self.kind, self.base, self.angle, self.rate, self.torque, self.power,
-            self.work, self.stage,
+            self.rows, self.slope, self.eps, self.grips, self.kind, self.base, self.angle, self.rate, self.torque,
+            self.power, self.work, self.stage, self.scratch,
         )  # fmt: skip
 
 
@@ -88,11 +113,12 @@ class DrivenChain:
     """Servos with or without a body, at one moment of time; ``run`` takes them on.
 
     Args:
-        params: (joints, PARAMETERS) of ``servo_layout``; read at every ``run``, so it may be changed between two.
+        params: (joints, PARAMETERS) of ``servo_layout``. The copy in ``params`` may be changed between two runs in what
+            locks a joint.
         angle_rad: (joints,) at the start, at rest.
-        model: the body, or None for a bench.
-        load_model: the body whose ideal motion gives the load; None: no load but what ``run`` is given.
-        grid_s: step of the chains, and longest step of the servos where ``fine``.
+        model: the body, or None for a bench, or where the body does not matter to the joints.
+        pose: x, y, heading at the start.
+        grid_s: step of the chain, and longest step of the servos where ``fine``.
         fine: False lets a servo cross the time between two set-points in one step.
     """
 
@@ -102,23 +128,24 @@ class DrivenChain:
         angle_rad: npt.ArrayLike,
         *,
         model: ChainModel | None = None,
-        load_model: ChainModel | None = None,
         pose: npt.ArrayLike = (0.0, 0.0, 0.0),
         t_s: float = 0.0,
         grid_s: float = 1e-3,
         fine: bool = True,
     ) -> None:
         joints = params.shape[0]
-        self.params = _plain(params)
         self.state = state_at_rest(np.broadcast_to(np.asarray(angle_rad, dtype=np.float64), (joints,)))
         self.setpoint = self.state[:, OUTPUT].copy()
         self.load = np.zeros(joints)
         self.grid_s = grid_s
         self.t_start_s = t_s
         self._clock = np.array([t_s, 0.0])  # time, number of grid steps done
-        self._fine = fine or model is not None or load_model is not None
-        self._body = _Body(model, self.state[:, OUTPUT], pose)
-        self._ideal = _Body(load_model, self.state[:, OUTPUT])
+        self._fine = fine or model is not None
+        self._body = _Body(model, params, self.state[:, OUTPUT], pose)
+        self.params = np.array(params)
+        if model is not None:  # the chain sees to these, see _grips
+            for column in (layout.COULOMB_NM, layout.LOOP_COMPLIANCE_RAD_NM, layout.COMPLIANCE_RAD_NM):
+                self.params[:, column] = 0.0
 
     @property
     def t_s(self) -> float:
@@ -151,7 +178,7 @@ class DrivenChain:
             switch_s: (M,) rising: when each set-point comes into force.
             setpoint_rad: (M, joints).
             since_s: time at which the run began, for what sags with time.
-            load_t_s, load_nm: (L,), (L, joints): a load that is known, in place of that of ``load_model``.
+            load_t_s, load_nm: (L,), (L, joints): torques on the servos that are known, where there is no body.
             known_rad: (T, joints) measured angles; an unpowered joint takes them where they are not NaN.
         """
         size, joints = t_s.size, self.params.shape[0]
@@ -166,7 +193,7 @@ class DrivenChain:
             _plain(t_s), _plain(switch_s), _plain(setpoint_rad), since_s,
             _plain(load_t_s if given else np.zeros(0)), _plain(load_nm if given else nothing),
             _plain(nothing if known_rad is None else known_rad),
-            *self._body.arguments(), *self._ideal.arguments(),
+            *self._body.arguments(),
             out.angle, out.base, out.load, out.torque, out.power,
         )  # fmt: skip
         return out
@@ -183,14 +210,12 @@ def _run(
     clock: Any, t0: float, grid: float, fine: bool, state: Any, params: Any, setpoint: Any, load: Any,
     t_out: Any, switch_t: Any, switch_u: Any, since: float,
     load_t: Any, load_given: Any, known: Any,
-    links: Any, slope: float, eps: float, kind: Any, base: Any, phi: Any, dphi: Any, torque: Any, power: Any,
-    work: Any, stage: Any,
-    ilinks: Any, islope: float, ieps: float, ikind: Any, ibase: Any, iphi: Any, idphi: Any, itorque: Any,
-    ipower: Any, iwork: Any, istage: Any,
+    links: Any, slope: float, eps: float, grips: Any, kind: Any, base: Any, phi: Any, dphi: Any, torque: Any,
+    power: Any, work: Any, stage: Any, scratch: Any,
     out_angle: Any, out_base: Any, out_load: Any, out_torque: Any, out_power: Any,
 ) -> None:  # fmt: skip
     k = state.shape[0]
-    has_body, has_ideal = links.shape[1] > 0, ilinks.shape[1] > 0
+    has_body = links.shape[1] > 0
     coming = 0  # next set-point
     at = 0  # next known load
     smooth = 1.0 - math.exp(-grid / LOAD_FILTER_S)
@@ -218,26 +243,14 @@ def _run(
             clock[0] = until
             if tick:
                 clock[1] += 1.0
-                if has_ideal:
-                    _follow(ilinks, islope, ieps, ikind, ibase, iphi, idphi, itorque, ipower, iwork, istage,
-                            grid, state, params, setpoint, IDEAL, False, iphi, idphi, load)  # fmt: skip
-                    for j in range(k):
-                        load[j] += smooth * (itorque[j] - load[j])
                 if has_body:
                     ticks += 1
-                    _follow(links, slope, eps, kind, base, phi, dphi, torque, power, work, stage,
-                            grid, state, params, setpoint, OUTPUT, has_ideal, iphi, idphi, load)  # fmt: skip
+                    _follow(links, slope, eps, grips, kind, base, phi, dphi, torque, power, work, stage, scratch,
+                            grid, state, params, setpoint, load)  # fmt: skip
                     out_power[row] += power
                     for j in range(k):
                         out_torque[row, j] += torque[j]
-                        if kind[j] == FREE:
-                            state[j, OUTPUT] = phi[j]
-                            state[j, OUTPUT_RATE] = dphi[j]
-                            if has_ideal:
-                                iphi[j] = phi[j]
-                                idphi[j] = dphi[j]
-                        elif kind[j] == TORQUE:
-                            state[j, HELD_BACK] = phi[j] - iphi[j]
+                        load[j] += smooth * (torque[j] - load[j])
         for j in range(k):
             if known.shape[0] > 0 and is_free(params, setpoint, j) and not math.isnan(known[row, j]):
                 state[j, OUTPUT] = known[row, j]
@@ -263,39 +276,110 @@ def _interpolate(t: Any, values: Any, now: float, at: int, out: Any) -> int:
 
 @jit
 def _follow(
-    links: Any, slope: float, eps: float, kind: Any, base: Any, phi: Any, dphi: Any, torque: Any, power: Any,
-    work: Any, stage: Any, h: float, state: Any, params: Any, setpoint: Any, column: int,
-    limited: bool, iphi: Any, idphi: Any, load: Any,
+    links: Any, slope: float, eps: float, grips: Any, kind: Any, base: Any, phi: Any, dphi: Any, torque: Any,
+    power: Any, work: Any, stage: Any, scratch: Any, h: float, state: Any, params: Any, setpoint: Any,
+    load: Any,
 ) -> None:  # fmt: skip
-    """One step of a chain whose driven joints follow the servos' ``column``; free joints swing.
-
-    Where ``limited``, a joint with a torque limit is driven by torque: that of the ideal motion, and what brings it back
-    to that motion, as far as the limit goes.
-    """
+    """One step of the chain behind its servos."""
     k = phi.size
-    acc, push, none = stage[7], stage[8], stage[9]
-    phi_end, dphi_end = stage[10], stage[11]
+    fade = math.exp(-h / SMOOTHING_S)
+    held = False
     for j in range(k):
-        push[j] = none[j] = 0.0
-        acc[j] = phi_end[j] = dphi_end[j] = 0.0
+        scratch[OLD_PHI, j] = phi[j]
+        scratch[OLD_DPHI, j] = dphi[j]
         if is_free(params, setpoint, j):
             kind[j] = FREE
-        elif limited and params[j, TORQUE_LIMIT_NM] < math.inf and params[j, LOCKED] == DRIVEN:
-            kind[j] = TORQUE
-            grip = params[j, INERTIA_KG_M2] * GRIP_RAD_S
-            needed = load[j] + grip * (
-                GRIP_RAD_S * (iphi[j] - phi[j] - h * dphi[j]) + 2.0 * (idphi[j] - dphi[j])
-            )
-            push[j] = min(max(needed, -params[j, TORQUE_LIMIT_NM]), params[j, TORQUE_LIMIT_NM])
-        else:
-            kind[j] = PRESCRIBED
-            y = phi[j] - state[j, column]
-            z = dphi[j] + y / SMOOTHING_S
-            fade = math.exp(-h / SMOOTHING_S)
-            phi_end[j] = state[j, column] + fade * (y + z * h)
-            dphi_end[j] = fade * (dphi[j] - z * h / SMOOTHING_S)
+            continue
+        springy = grips[j, STIFFNESS] > 0.0 and params[j, LOCKED] == DRIVEN
+        kind[j] = TORQUE if springy else PRESCRIBED
+        held = held or springy
+        aim = state[j, MOTOR] if springy else state[j, OUTPUT]
+        y = state[j, SMOOTH] - aim
+        z = state[j, SMOOTH_RATE] + y / SMOOTHING_S
+        state[j, SMOOTH] = aim + fade * (y + z * h)
+        state[j, SMOOTH_RATE] = fade * (state[j, SMOOTH_RATE] - z * h / SMOOTHING_S)
+        demand = grips[j, STIFFNESS] * (state[j, SMOOTH] - phi[j] - h * dphi[j])
+        demand += grips[j, DAMPING] * (state[j, SMOOTH_RATE] - dphi[j]) + grips[j, STIFF] * load[j]
+        scratch[WEAK, j] = math.copysign(1.0, demand) if abs(demand) > grips[j, LIMIT] else 0.0
+        scratch[KNOWN, j] = grips[j, STIFF] * load[j]
+        slides = grips[j, COULOMB] > 0.0 and abs(dphi[j]) > STICK_RAD_S
+        scratch[SLIDING, j] = math.copysign(1.0, dphi[j]) if slides else 0.0
+    for a in range(6):
+        scratch[OLD_BASE, a] = base[a]
+    for attempt in range(ATTEMPTS if held else 1):
+        if attempt > 0:
+            for a in range(6):
+                base[a] = scratch[OLD_BASE, a]
+            for j in range(k):
+                phi[j] = scratch[OLD_PHI, j]
+                dphi[j] = scratch[OLD_DPHI, j]
+        _try_step(
+            links, slope, eps, grips, kind, base, phi, dphi, torque, power, work, stage, scratch, h, state
+        )
+        if not held or not _slips(grips, kind, dphi, scratch):
+            break
+    for j in range(k):
+        if kind[j] == FREE:
+            state[j, OUTPUT] = phi[j]
+            state[j, OUTPUT_RATE] = dphi[j]
+        elif kind[j] == TORQUE:
+            state[j, HELD_BACK] = phi[j] - state[j, SMOOTH]
+
+
+@jit
+def _try_step(
+    links: Any, slope: float, eps: float, grips: Any, kind: Any, base: Any, phi: Any, dphi: Any, torque: Any,
+    power: Any, work: Any, stage: Any, scratch: Any, h: float, state: Any,
+) -> None:  # fmt: skip
+    """One step with each joint sliding or sticking as ``scratch`` says."""
+    acc, push, phi_end, dphi_end, stiffness, damping = (
+        stage[7],
+        stage[8],
+        stage[9],
+        stage[10],
+        stage[11],
+        stage[12],
+    )
+    for j in range(phi.size):
+        acc[j] = push[j] = stiffness[j] = damping[j] = phi_end[j] = dphi_end[j] = 0.0
+        if kind[j] == FREE:
+            continue
+        phi_end[j] = state[j, SMOOTH]
+        dphi_end[j] = state[j, SMOOTH_RATE]
+        if kind[j] == PRESCRIBED:
             acc[j] = (dphi_end[j] - dphi[j]) / h
+            continue
+        stick = grips[j, COULOMB] / STICK_RAD_S if scratch[SLIDING, j] == 0.0 else 0.0
+        push[j] = -grips[j, COULOMB] * scratch[SLIDING, j]
+        if scratch[WEAK, j] != 0.0:
+            push[j] += grips[j, LIMIT] * scratch[WEAK, j]
+            damping[j] = stick
+            dphi_end[j] = 0.0
+        else:
+            push[j] += scratch[KNOWN, j]
+            stiffness[j] = grips[j, STIFFNESS]
+            damping[j] = grips[j, DAMPING] + stick
+            dphi_end[j] *= (
+                grips[j, DAMPING] / damping[j]
+            )  # the damper works against the motor, stiction against rest
     kernel.step(
-        links, slope, eps, h, kind, base, phi, dphi, acc, phi_end, dphi_end, acc, push, none, none, work, stage,
+        links, slope, eps, h, kind, base, phi, dphi, acc, phi_end, dphi_end, acc, push, stiffness, damping, work, stage,
         torque, power,
     )  # fmt: skip
+
+
+@jit
+def _slips(grips: Any, kind: Any, dphi: Any, scratch: Any) -> bool:
+    """Whether the step just tried was wrong about a joint that sticks or slides; ``scratch`` is put right."""
+    wrong = False
+    for j in range(dphi.size):
+        if kind[j] != TORQUE or grips[j, COULOMB] == 0.0:
+            continue
+        was = scratch[SLIDING, j]
+        if was == 0.0 and abs(dphi[j]) > STICK_RAD_S:
+            scratch[SLIDING, j] = math.copysign(1.0, dphi[j])
+            wrong = True
+        elif was * dphi[j] < 0.0:
+            scratch[SLIDING, j] = 0.0
+            wrong = True
+    return wrong

@@ -27,7 +27,6 @@ Rows = npt.NDArray[np.float64]
     RATE_DROP_PER_S,  # relative fall of the rate limit with time
     RATE_DROP_PER_NM,  # relative fall of the rate limit with opposing load
     TORQUE_LIMIT_NM,
-    INERTIA_KG_M2,  # felt by the joint; only the torque limit asks for it
     COULOMB_NM,  # dry friction
     LOOP_COMPLIANCE_RAD_NM,  # 1 / stiffness of the position loop that works against the dry friction
     COMPLIANCE_RAD_NM,  # 1 / stiffness between motor and output
@@ -39,8 +38,8 @@ Rows = npt.NDArray[np.float64]
     ARM_INERTIA_KG_M2,  # bench only
     ARM_DRAG_NM_S,  # bench only: viscous friction of the unpowered joint
     ARM_COULOMB_NM,  # bench only: dry friction of the unpowered joint
-) = range(24)
-PARAMETERS = 24
+) = range(23)
+PARAMETERS = 23
 
 DRIVEN, FREE_JOINT, RIGID_JOINT = 0.0, 1.0, 2.0
 
@@ -49,9 +48,9 @@ DRIVEN, FREE_JOINT, RIGID_JOINT = 0.0, 1.0, 2.0
     FILTERED,  # set-point behind the first-order filter of a second-order servo
     MOTOR,  # angle of the motor
     MOTOR_RATE,
-    IDEAL,  # angle of the same motor without a load
-    IDEAL_RATE,
-    HELD_BACK,  # how far a torque limit keeps the joint of a body from where its motor would be
+    SMOOTH,  # what a body's chain follows, and its rate
+    SMOOTH_RATE,
+    HELD_BACK,  # how far the load keeps the joint of a body from where its motor is
     DRAGGED,  # behind dry friction
     OUTPUT,  # joint angle
     OUTPUT_RATE,  # mean over the last step
@@ -77,7 +76,7 @@ def state_at_rest(angle_rad: npt.ArrayLike) -> Rows:
     """Rows of servos that have stood at ``angle_rad`` (joints,) for long, unpowered until the first set-point."""
     angle = np.atleast_1d(np.asarray(angle_rad, dtype=np.float64))
     state = np.zeros((angle.size, STATES))
-    for column in (FILTERED, MOTOR, IDEAL, DRAGGED, OUTPUT):
+    for column in (FILTERED, MOTOR, SMOOTH, DRAGGED, OUTPUT):
         state[:, column] = angle
     return state
 
@@ -91,16 +90,13 @@ def rest_angle_rad(parameters: Rows, setpoint_rad: npt.ArrayLike) -> Rows:
 
 
 def feels_load(parameters: Rows) -> bool:
-    """Whether any joint's motion depends on the torque that it bears."""
+    """Whether any joint's motion depends on the torque that it bears: on a body it is then that of the whole body."""
     return bool(
-        limits_torque(parameters)
-        or np.any(parameters[:, (RATE_DROP_PER_NM, LOOP_COMPLIANCE_RAD_NM, COMPLIANCE_RAD_NM)] > 0)
+        np.any(np.isfinite(parameters[:, TORQUE_LIMIT_NM]))
+        or np.any(
+            parameters[:, (RATE_DROP_PER_NM, COULOMB_NM, LOOP_COMPLIANCE_RAD_NM, COMPLIANCE_RAD_NM)] > 0
+        )
     )
-
-
-def limits_torque(parameters: Rows) -> bool:
-    """Whether any joint is only as strong as its torque: its motion is then that of the whole body."""
-    return bool(np.any(np.isfinite(parameters[:, TORQUE_LIMIT_NM])))
 
 
 def needs_fine_steps(parameters: Rows) -> bool:

@@ -1,0 +1,38 @@
+/* Angle, speed and acceleration of each joint kept within its limits, by the rule in PROTOCOL.md. */
+#ifndef SB_LIMITER_H
+#define SB_LIMITER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "hal.h"
+
+struct sb_limits {
+    float angle_rad;
+    float speed_rad_s;
+    float acceleration_rad_s2;
+};
+
+struct sb_limiter {
+    uint8_t joints;
+    uint32_t credit_us;
+    struct sb_limits limits[SB_MAX_JOINTS]; /* in force */
+    float applied_rad[SB_MAX_JOINTS];
+    float speed_rad_s[SB_MAX_JOINTS];
+};
+
+/* At rest, with the credit that every stream begins with. The applied angles stay. */
+void sb_limiter_reset(struct sb_limiter *limiter);
+
+/* A joint without power: its register follows where the joint is. */
+void sb_limiter_follow(struct sb_limiter *limiter, uint8_t joint, float angle_rad);
+
+/*
+ * Move towards the targets as far as the limits let it.
+ *
+ * declared_us: interval times the sequence step; elapsed_us: since the set-point before on the board's own clock.
+ * False: too early, nothing has changed but the credit's claim on time (the caller keeps counting `elapsed_us`).
+ */
+bool sb_limiter_execute(struct sb_limiter *limiter, const float *target_rad, uint32_t declared_us, uint32_t elapsed_us);
+
+#endif

@@ -1,0 +1,194 @@
+/* The core as a shared library with time, wires and joints in the caller's hands: for tests. */
+#include <string.h>
+
+#include "core/board.h"
+#include "core/crc.h"
+#include "core/hal.h"
+#include "model/simulated_joints.h"
+
+#define WIRE 65536u
+#define FRAMES 4096u
+
+static struct sb_board board;
+static struct sb_config config;
+static uint32_t now_us;
+static uint32_t random_state;
+static uint8_t in[WIRE];
+static uint32_t in_length;
+static uint8_t out[WIRE];
+static uint32_t out_length;
+static struct sb_frame can_in[FRAMES];
+static uint32_t can_in_first;
+static uint32_t can_in_count;
+static uint32_t can_out_count;
+static struct sb_parameters stored;
+static bool is_stored;
+static uint32_t saves;
+
+uint32_t hal_time_us(void)
+{
+    return now_us;
+}
+
+uint32_t hal_random(void)
+{
+    random_state = random_state * 1664525u + 1013904223u;
+    return random_state >> 8;
+}
+
+uint32_t hal_serial_read(uint8_t *data, uint32_t most)
+{
+    const uint32_t length = (in_length < most) ? in_length : most;
+    memcpy(data, in, length);
+    memmove(in, &in[length], in_length - length);
+    in_length -= length;
+    return length;
+}
+
+void hal_serial_write(const uint8_t *data, uint32_t length)
+{
+    if (out_length + length <= WIRE) {
+        memcpy(&out[out_length], data, length);
+        out_length += length;
+    }
+}
+
+bool hal_can_read(struct sb_frame *frame)
+{
+    if (can_in_count == 0u) {
+        return false;
+    }
+    *frame = can_in[can_in_first];
+    can_in_first = (can_in_first + 1u) % FRAMES;
+    can_in_count--;
+    return true;
+}
+
+void hal_can_write(const struct sb_frame *frame)
+{
+    (void)frame;
+    can_out_count++;
+}
+
+bool hal_parameters_load(struct sb_parameters *parameters)
+{
+    *parameters = stored;
+    return is_stored;
+}
+
+void hal_parameters_save(const struct sb_parameters *parameters)
+{
+    stored = *parameters;
+    is_stored = true;
+    saves++;
+}
+
+/* -- what a test calls --------------------------------------------------------------------------------------------- */
+
+/* A new board with new joints: nothing stored. */
+void bench_new(uint8_t joints, uint32_t seed, uint32_t start_us, float angle_rad, float speed_rad_s,
+               float acceleration_rad_s2, uint16_t counts_per_rev, float time_constant_s)
+{
+    static const float straight[SB_MAX_JOINTS];
+    now_us = start_us;
+    random_state = seed;
+    in_length = 0u;
+    out_length = 0u;
+    can_in_count = 0u;
+    can_out_count = 0u;
+    is_stored = false;
+    saves = 0u;
+    config = simulated_board(joints, 1u);
+    config.counts_per_rev = counts_per_rev;
+    for (uint32_t i = 0u; i < SB_MAX_JOINTS; i++) {
+        config.limits[i] = (struct sb_limits){angle_rad, speed_rad_s, acceleration_rad_s2};
+    }
+    simulated_joints_start(&config, straight, time_constant_s);
+    simulated_joints_fault(0u, 0u, 0);
+    simulated_joints_supply(false, 0u, 0, 0);
+    sb_board_reset(&board, &config);
+}
+
+/* Switch it off and on: what is stored is kept, and so is the place of the joints. */
+void bench_reset(void)
+{
+    sb_board_reset(&board, &config);
+}
+
+void bench_time(uint32_t time_us)
+{
+    now_us = time_us;
+}
+
+void bench_serial(const uint8_t *data, uint32_t length)
+{
+    if (in_length + length <= WIRE) {
+        memcpy(&in[in_length], data, length);
+        in_length += length;
+    }
+}
+
+void bench_can(uint16_t id, const uint8_t *data, uint8_t length)
+{
+    struct sb_frame *frame = &can_in[(can_in_first + can_in_count) % FRAMES];
+    if (can_in_count < FRAMES) {
+        frame->id = id;
+        frame->length = length;
+        memset(frame->data, 0, sizeof frame->data);
+        memcpy(frame->data, data, length);
+        can_in_count++;
+    }
+}
+
+/* One turn of the main loop, and further ones as long as something waits. */
+void bench_step(void)
+{
+    do {
+        sb_board_step(&board);
+    } while ((in_length > 0u) || (can_in_count > 0u));
+}
+
+uint32_t bench_idle_us(void)
+{
+    return sb_board_idle_us(&board);
+}
+
+uint32_t bench_take(uint8_t *data)
+{
+    const uint32_t length = out_length;
+    memcpy(data, out, length);
+    out_length = 0u;
+    return length;
+}
+
+uint32_t bench_can_sent(void)
+{
+    return can_out_count;
+}
+
+uint32_t bench_saves(void)
+{
+    return saves;
+}
+
+uint8_t bench_mode(void)
+{
+    return board.modes.mode;
+}
+
+/* One joint's limiter by itself: what is applied after each of `count` set-points, or NaN where one comes too early. */
+void bench_limiter(const float *limits, float start_rad, uint32_t count, const float *target_rad,
+                   const uint32_t *declared_us, const uint32_t *elapsed_us, float *applied_rad)
+{
+    struct sb_limiter limiter = {.joints = 1u};
+    limiter.limits[0] = (struct sb_limits){limits[0], limits[1], limits[2]};
+    limiter.applied_rad[0] = start_rad;
+    sb_limiter_reset(&limiter);
+    uint32_t waited_us = 0u;
+    for (uint32_t i = 0u; i < count; i++) {
+        waited_us += elapsed_us[i];
+        const bool executed = sb_limiter_execute(&limiter, &target_rad[i], declared_us[i], waited_us);
+        applied_rad[i] = executed ? limiter.applied_rad[0] : __builtin_nanf("");
+        waited_us = executed ? 0u : waited_us;
+    }
+}

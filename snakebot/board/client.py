@@ -239,6 +239,7 @@ class Board:
     def emergency_stop(self, reason: StopReason = StopReason.USER) -> None:
         """Send the emergency stop three times over: it is not acknowledged, and no wire is perfect."""
         self._armed = False
+        self.mode = Mode.STOPPED
         for _ in range(3):
             self._send([EmergencyStop(reason, self.host)])
 
@@ -290,7 +291,7 @@ class Board:
         self._outstanding[token] = _Outstanding(message, what, 1, self.clock.now_s() + RETRY_S[0])
         self._send([message])
         while wait and token in self._outstanding:
-            self._read(max(0.0, self._outstanding[token].repeat_s - self.clock.now_s()))
+            self._read(max(1e-4, self._outstanding[token].repeat_s - self.clock.now_s()))
 
     def _repeat(self, now: float) -> None:
         """Send again what has not been acknowledged in time."""
@@ -312,6 +313,7 @@ class Board:
         if request is not None and answer.request == frame_id(type(request.message)):
             del self._outstanding[answer.token]
             self._check(answer, request.what)
+            self.mode = Mode(answer.detail) if answer.detail in _MODES else self.mode
 
     def _check(self, answer: Acknowledge, what: str) -> None:
         if answer.result is Result.OK:
@@ -463,6 +465,7 @@ class Board:
     def _beat(self, beat: BoardHeartbeat) -> None:
         if self.boot_id is not None and beat.boot_id != self.boot_id:
             self._armed = False
+            self.mode = beat.mode
             raise BoardFaultError(
                 f"{self.link.port}: the board has rebooted (boot {self.boot_id:04x}, now {beat.boot_id:04x}): "
                 "its joints are without power; check its supply, then start again"
@@ -473,6 +476,7 @@ class Board:
 
     def _fault(self, code: Fault, joint: int) -> None:
         self.fault = code
+        self.mode = Mode.STOPPED if code is Fault.EMERGENCY_STOP else Mode.FAULT
         if not self._armed:
             return
         self._armed = False
@@ -504,8 +508,11 @@ class Board:
                 )
 
 
+_MODES = frozenset(int(mode) for mode in Mode)
+
+
 def _mode_name(value: int) -> str:
-    return Mode(value).name.lower() if value in Mode.__members__.values() else f"in mode {value}"
+    return Mode(value).name.lower() if value in _MODES else f"in mode {value}"
 
 
 _FAULT_LINES = {

@@ -28,8 +28,10 @@ from snakebot.runlog import records
 LATE_SHARE = 0.5  # a tick that starts later than this share of the interval is late
 LATE_ROW_HOLD = 5  # late ticks in a row that bring the robot to hold
 HOLD_BEFORE_RELAX_S = 0.2
+FRESH_READING_S = 1.0  # longest wait for the joint angles that the motion starts from
 _ANSWER_TICKS = 4  # a set-point that has no answer after this many further ticks is lost
 _WAKE_EARLY_S = 0.0003  # leave the wait for frames this much before a deadline, and sleep the rest exactly
+_SHORTEST_WAIT_S = 1e-6  # a wait that rounding may swallow would never end in virtual time
 _STATISTICS_S = 1.0
 _CHANGE_AHEAD_S = 0.25  # time to check a new gait before it begins
 MIN_RATE_HZ, MAX_RATE_HZ = (
@@ -198,8 +200,7 @@ class RunLoop:
         board.set_limits(self.robot)
         while self._faults and self._faults[0].at_s <= 0:
             self._set_fault(self._faults.pop(0), wait=True)
-        reading = board.last_reading
-        assert reading is not None
+        reading = self._fresh_reading()
         start = [0.0 if math.isnan(angle) else angle for angle in reading.measured_rad]
         limits = self.robot.angle_limit_rad
         start = [min(max(angle, -limit), limit) for angle, limit in zip(start, limits, strict=True)]
@@ -210,6 +211,17 @@ class RunLoop:
         board.arm()
         self._event("armed", "joints powered where they are", data={"start_rad": start})
         return motion
+
+    def _fresh_reading(self) -> Reading:
+        """Where the joints are now: the board sends samples by itself while nothing streams."""
+        asked_s = self.clock.now_s()
+        while (reading := self.board.last_reading) is None or reading.received_s <= asked_s:
+            self._take(self.board.poll(0.05))
+            if self.clock.now_s() - asked_s > FRESH_READING_S:
+                raise LostBoardError(
+                    f"{self.board.link.port}: the board has sent no joint angles for {FRESH_READING_S:g} s"
+                )
+        return reading
 
     def _stream(self, motion: Motion) -> str:
         """Send the motion tick by tick. Returns how it ended, with the joints at rest and relaxed."""
@@ -303,14 +315,14 @@ class RunLoop:
 
     def _listen_until(self, deadline_s: float) -> None:
         """Take in frames until shortly before the deadline, then sleep up to it exactly."""
-        while (left := deadline_s - self.clock.now_s() - _WAKE_EARLY_S) > 0:
+        while (left := deadline_s - self.clock.now_s() - _WAKE_EARLY_S) > _SHORTEST_WAIT_S:
             self._take(self.board.poll(left))
         self._take(self.board.poll(0.0))
         self.clock.sleep_until(deadline_s)
 
     def _listen(self, duration_s: float) -> None:
         deadline = self.clock.now_s() + duration_s
-        while (left := deadline - self.clock.now_s()) > 0:
+        while (left := deadline - self.clock.now_s()) > _SHORTEST_WAIT_S:
             self._take(self.board.poll(left))
 
     def _take(self, received: Sequence[Received]) -> None:
@@ -395,12 +407,12 @@ class RunLoop:
         with contextlib.suppress(SnakebotError, OSError):
             for sequence in list(self._waiting):
                 self._record_lost(sequence)
-        if isinstance(self.board.mode, Mode) and self.board.mode in (Mode.ARMED, Mode.HOLDING):
-            with contextlib.suppress(SnakebotError, OSError):
-                self.board.hold()
+        if self.board.mode in (Mode.STOPPED, Mode.FAULT):
+            return  # the board has stopped the joints itself; disarming would clear what it reports
         with contextlib.suppress(SnakebotError, OSError):
-            if self.board.mode not in (Mode.STOPPED, Mode.FAULT):
-                self.board.disarm()
+            if self.board.mode is Mode.ARMED:
+                self.board.hold()
+            self.board.disarm()
 
     # -- records -----------------------------------------------------------------------------------------------------
 

@@ -1,7 +1,7 @@
 """How kernels are compiled: to machine code, once, kept on disk beside the source.
 
 numba keeps compiled code as long as the file of the *calling* function is unchanged, though code of functions in other
-files is built into it. So what is older than the newest kernel source is thrown away here, before it can be loaded.
+files is built into it. So code that is older than a source built into it is thrown away here, before it can be loaded.
 """
 
 from __future__ import annotations
@@ -12,15 +12,22 @@ from pathlib import Path
 from numba import njit
 
 _HERE = Path(__file__).resolve().parent
-_KERNEL_FOLDERS = (_HERE, _HERE.parent / "effects")
+_OTHERS = (_HERE.parent / "diagnosis",)  # rooms whose kernels call these
+
+# Sources that are built into others, and whose compiled code they are built into.
+_BUILT_INTO = (
+    (("compiled", "lanes", "elementary", "kernel"), "*.nbi"),
+    (("servo", "servo_layout"), "servo*.nbi"),
+)
 
 
 def drop_stale_caches() -> None:
-    """Delete cached code that is older than any source it may hold."""
-    newest = max((source.stat().st_mtime for source in _HERE.glob("*.py")), default=0.0)
-    for folder in _KERNEL_FOLDERS:
-        for index in folder.glob("__pycache__/*.nbi"):
-            with contextlib.suppress(OSError):  # read-only install, or another process was first
+    """Delete cached code that is older than a source it holds."""
+    for sources, pattern in _BUILT_INTO:
+        with contextlib.suppress(OSError):  # read-only install, or another process was first
+            newest = max((_HERE / f"{source}.py").stat().st_mtime for source in sources)
+            own = (_HERE / "__pycache__").glob(pattern)
+            for index in (*own, *(i for room in _OTHERS for i in room.glob("__pycache__/*.nbi"))):
                 if index.stat().st_mtime < newest:
                     index.unlink()
 

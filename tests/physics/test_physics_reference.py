@@ -20,8 +20,8 @@ from snakebot.physics import (
 )
 from snakebot.robot import load_robot
 
-# (alpha deg, beta deg, omega rad/s): speed m/s, power W. Source: the reference values of the project's model sheet, from
-# the paper's equations with RK4 and a MuJoCo chain with stiff servos, which agree to 1 % in speed.
+# (alpha deg, beta deg, omega rad/s): speed m/s, power W. Source: the reference values of the project's model sheet,
+# from the paper's equations with RK4 and a MuJoCo chain with stiff servos, which agree to 1 % in speed.
 REFERENCE = [
     ("saito", (22, 60, 1), 1.357, 2.98),
     ("saito", (22, 60, 2), 2.681, 12.3),

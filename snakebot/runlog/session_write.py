@@ -39,9 +39,16 @@ def write_session(
     runs = tuple(runs)
     if not runs:
         raise BadInputError(f"{folder}: a session needs at least one run")
-    files = {run.name: f"{_stem(run.name)}.{table_format}" for run in runs}
-    if len(files) != len(runs) or len(set(files.values())) != len(runs):
-        raise BadInputError(f"{folder}: two runs have the same name")
+    files: dict[str, str] = {}
+    taken: set[str] = set()
+    for run in runs:
+        if run.name in files:
+            raise BadInputError(f"{folder}: two runs have the name {run.name}")
+        stem, marks = _stem(run.name), ("", *(f"-{number}" for number in range(2, len(runs) + 1)))
+        files[run.name] = next(
+            name for mark in marks if (name := f"{stem}{mark}.{table_format}") not in taken
+        )
+        taken.add(files[run.name])
     for run in runs:
         if run.joints != robot.joints:
             raise BadInputError(f"{folder}: run {run.name} has {run.joints} joints, the robot {robot.joints}")

@@ -1,0 +1,352 @@
+"""``snakebot log`` and ``snakebot session`` as a user types them; import and merging underneath."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+from runlog_samples import ROBOT, START_NS, flushed, make_ticks, write_everything
+
+from snakebot.cli import log as log_module
+from snakebot.cli import session as session_module
+from snakebot.cli.main import main
+from snakebot.errors import BadInputError
+from snakebot.gait import Gait
+from snakebot.robot import load_robot
+from snakebot.runlog import Run, RunWriter, Tick, gait_to_mapping, open_run, read_log
+from snakebot.runlog.column_map import Source, parse_map
+from snakebot.runlog.importing import write_run
+from snakebot.runlog.merging import Track, align_track, with_heading
+
+Capture = pytest.CaptureFixture[str]
+
+
+def snakebot(capsys: Capture, *arguments: object, status: int = 0) -> str:
+    """Run a command; its output, or, where it fails as expected, its one line."""
+    with pytest.raises(SystemExit) as ended:
+        main([str(argument) for argument in arguments])
+    out, err = capsys.readouterr()
+    assert ended.value.code == status, err
+    if status:
+        assert err.count("\n") == 1, err
+        assert err.startswith("snakebot: ")
+        return err
+    return out
+
+
+def wave_log(path: Path, alpha_deg: float = 40.0, duration_s: float = 20.0) -> Path:
+    """A run with ramps, without a pose."""
+    gait = Gait.from_degrees(alpha_deg, 80, 2)
+    t_s = np.arange(0, duration_s, 0.01)
+    ramp = np.clip(np.minimum(t_s, duration_s - t_s) / 2, 0, 1)[:, None]
+    run = Run("w", t_s, gait.angles(t_s, 5) * ramp, gait.angles(t_s - 0.05, 5) * ramp, gait=gait)
+    return write_run(path, ROBOT, run, {"robot": "penn_state"}, START_NS)
+
+
+def test_list_and_info(tmp_path: Path, capsys: Capture) -> None:
+    write_everything(tmp_path / "a.mcap")
+    writer = RunWriter(tmp_path / "b", ROBOT)
+    writer.tick(make_ticks(1)[0])
+    flushed(writer)
+    (tmp_path / "bad.mcap").write_bytes(b"nonsense")
+    (tmp_path / "notes.txt").write_text("no log")
+    out = snakebot(capsys, "log", "list", tmp_path)
+    states = {line.split()[0]: line.split()[1] for line in out.splitlines()[1:]}
+    assert states == {"a.mcap": "finished", "b.mcap.part": "writing", "bad.mcap": "damaged"}
+    writer.close()
+    logs = json.loads(snakebot(capsys, "log", "list", tmp_path, "--json"))["logs"]
+    assert [log["state"] for log in logs] == ["finished", "finished", "damaged"]
+    assert logs[0]["messages"]["/joints"] == 50
+    about = json.loads(snakebot(capsys, "log", "info", tmp_path / "a.mcap", "--json"))
+    assert about["ticks"] == 50
+    assert about["metadata"]["port"] == "sim:"
+    assert about["events"][0]["kind"] == "armed"
+    text = snakebot(capsys, "log", "info", tmp_path / "a.mcap")
+    assert "finished, 50 ticks" in text
+    assert "snakebot.dbc" in text
+
+
+def test_what_a_log_says_cannot_steer_the_terminal(tmp_path: Path, capsys: Capture) -> None:
+    with RunWriter(tmp_path / "a", ROBOT, {"notes": "\x1b[2Jgone\x07", "robot": "\x1b]0;x"}) as writer:
+        writer.tick(make_ticks(1)[0])
+    assert "\x1b" not in snakebot(capsys, "log", "info", writer.path)
+    assert "\x1b" not in snakebot(capsys, "log", "list", tmp_path)
+
+
+def test_export_to_tables_sessions_and_attachments(tmp_path: Path, capsys: Capture) -> None:
+    log = write_everything(tmp_path / "a.mcap")
+    other = write_everything(tmp_path / "b.mcap")
+    for name in ("a.csv", "a.csv.gz", "a.parquet"):
+        told = json.loads(snakebot(capsys, "log", "export", log, tmp_path / name, "--json"))
+        assert told["rows"] == 50
+    snakebot(capsys, "log", "export", log, other, tmp_path / "session")
+    assert (tmp_path / "session" / "session.yaml").exists()
+    snakebot(capsys, "log", "export", log, tmp_path / "snakebot.dbc")
+    assert (tmp_path / "snakebot.dbc").read_bytes() == b'VERSION ""'
+    assert "exists already" in snakebot(capsys, "log", "export", log, tmp_path / "a.csv", status=2)
+    assert "2 were given" in snakebot(capsys, "log", "export", log, other, tmp_path / "c.csv", status=2)
+    assert "no attachment" in snakebot(capsys, "log", "export", log, tmp_path / "x.dbc", status=2)
+    assert "no such log" in snakebot(
+        capsys, "log", "export", tmp_path / "no.mcap", tmp_path / "n.csv", status=2
+    )
+
+
+def test_an_exported_table_can_be_imported_again(tmp_path: Path, capsys: Capture) -> None:
+    log = read_log(write_everything(tmp_path / "a.mcap"))
+    for name in ("a.csv", "a.parquet"):
+        snakebot(capsys, "log", "export", log.path, tmp_path / name)
+        target = tmp_path / f"{name}.mcap"
+        snakebot(capsys, "log", "import", tmp_path / name, target)
+        again = read_log(target)
+        for column in ("t_s", "sequence", "sent_rad", "applied_rad", "measured_rad", "latency_s", "late"):
+            np.testing.assert_array_equal(getattr(again, column), getattr(log, column))
+        np.testing.assert_array_equal(again.pose, log.pose)
+        assert again.metadata["imported_from"] == name
+    said = snakebot(capsys, "log", "import", tmp_path / "a.csv", tmp_path / "a.csv.mcap", status=6)
+    assert "exists already" in said
+
+
+def test_import_with_a_column_map(tmp_path: Path, capsys: Capture) -> None:
+    table = tmp_path / "lab.csv"
+    table.write_text(
+        "made by LabTool 3;;;;;;\nTime;goal0;goal1;pos a;pos b;state;V\n"
+        "1795000000000,0;10,5;-20;512;1024;run;7400\n1795000000010,0;;;0;-2048;run;7300\n"
+    )
+    bench_file = tmp_path / "bench.yaml"
+    bench_file.write_text("joints: 2\nencoder_counts_per_rev: 4096\n")
+    maps = tmp_path / "columns.txt"
+    maps.write_text("# ours = theirs\nt_s = Time:ms\n\ncmd_*_rad = goal#:deg\nsupply_v=V:mV\n")
+    command = shlex.split("--delimiter ; --decimal , --skip-rows 1 --map enc_1_rad='pos a:counts'")
+    command += ["--map", "enc_2_rad=-pos b:counts", "--map-file", str(maps), "--robot", str(bench_file)]
+    command += shlex.split("--alpha 10 --beta 80 --omega 2 --speed 0.1 --note 'on the bench'")
+    snakebot(capsys, "log", "import", table, tmp_path / "lab.mcap", *command)
+    log = read_log(tmp_path / "lab.mcap")
+    assert log.robot.joints == 2
+    np.testing.assert_allclose(log.t_s, [0, 0.01], atol=1e-6)
+    assert abs(log.metadata["start_time_ns"] - 1795000000 * 10**9) < 1000
+    np.testing.assert_allclose(np.degrees(log.sent_rad), [[10.5, -20], [np.nan, np.nan]])
+    np.testing.assert_allclose(log.measured_rad, [[np.pi / 4, -np.pi / 2], [0, np.pi]])
+    np.testing.assert_allclose(log.telemetry["supply_v"], [7.4, 7.3])
+    assert log.gait == Gait.from_degrees(10, 80, 2)
+    assert log.forward_speed_m_s == 0.1
+    assert log.metadata["notes"] == "on the bench"
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ("t_s", "write NAME="),
+        ("=x", "write NAME="),
+        ("speed=x", "speed is no column of a session"),
+        ("t_s=Time:deg", "t_s cannot be in deg"),
+        ("cmd_1_rad=q:mm", "cannot be in mm"),
+    ],
+)
+def test_nonsense_in_a_column_map_is_one_line(entry: str, said: str) -> None:
+    with pytest.raises(BadInputError, match=said):
+        parse_map([entry], ROBOT)
+
+
+def test_column_map_grammar() -> None:
+    robot = load_robot("penn_state")
+    mapping = parse_map(["cmd_*_rad=-q#:deg", "t_s=Time [s]: raw", "enc_1_rad=a:b:counts"], robot)
+    assert mapping["cmd_5_rad"].column == "q4"
+    assert mapping["cmd_5_rad"].factor == pytest.approx(-np.pi / 180)
+    assert mapping["t_s"] == Source("Time [s]: raw", 1.0)
+    assert mapping["enc_1_rad"].column == "a:b"
+    with pytest.raises(BadInputError, match="mapped twice"):
+        parse_map(["t_s=a", "t_s=b"], robot)
+
+
+def test_import_errors_name_the_place(tmp_path: Path, capsys: Capture) -> None:
+    table = tmp_path / "lab.csv"
+    table.write_text("t,a\n0,1\n1,x\n")
+    target = tmp_path / "lab.mcap"
+    one = tmp_path / "one.yaml"
+    one.write_text("joints: 1\n")
+    run = ("log", "import", table, target, "--robot", one, "--map", "t_s=t", "--map", "enc_1_rad=a")
+    assert "row 3, column a: not a number: 'x'" in snakebot(capsys, *run, "--map", "cmd_1_rad=a", status=2)
+    table.write_text("t,a\n0,1\n1,2\n")
+    said = snakebot(capsys, *run, "--map", "cmd_1_rad=b", status=2)
+    assert "column b is missing (for cmd_1_rad); found t, a" in said
+    assert "one character" in snakebot(capsys, *run, "--delimiter", "ab", status=2)
+    assert "cannot read" in snakebot(capsys, "log", "import", tmp_path / "gone.csv", target, status=2)
+    assert "beta_deg is missing" in snakebot(capsys, *run, "--alpha", "3", status=2)
+    assert not list(tmp_path.glob("*.mcap*"))
+
+
+def test_recover(tmp_path: Path, capsys: Capture) -> None:
+    writer = RunWriter(tmp_path / "run", ROBOT, start_time_ns=START_NS)
+    for tick in make_ticks(300):
+        writer.tick(tick)
+    flushed(writer)
+    said = snakebot(capsys, "log", "recover", writer.part_path, status=6)
+    assert "still writing" in said
+    torn = tmp_path / "torn.mcap.part"
+    torn.write_bytes(writer.part_path.read_bytes()[:-500])
+    writer.close()
+    whole = torn.read_bytes()
+
+    told = json.loads(snakebot(capsys, "log", "recover", torn, "-o", tmp_path / "copy.mcap", "--json"))
+    assert torn.read_bytes() == whole
+    assert told["ticks"] == len(read_log(tmp_path / "copy.mcap").sequence) > 100
+    assert "cut short" in told["left_out"][0]
+    assert f"{told['ticks']} ticks" in snakebot(capsys, "log", "recover", torn)
+    assert not torn.exists()
+    log = read_log(tmp_path / "torn.mcap")
+    assert log.complete
+    assert log.metadata["recovered"] is True
+    assert "exists already" in snakebot(
+        capsys, "log", "recover", tmp_path / "copy.mcap", "-o", log.path, status=6
+    )
+    assert "--output" in snakebot(capsys, "log", "recover", log.path, status=2)
+    assert "no such log" in snakebot(capsys, "log", "recover", tmp_path / "gone.mcap.part", status=2)
+    (tmp_path / "x.mcap.part").write_bytes(b"no log")
+    assert "not an MCAP log" in snakebot(capsys, "log", "recover", tmp_path / "x.mcap.part", status=6)
+    assert not (tmp_path / "x.mcap").exists()
+
+
+def test_merge_a_speed(tmp_path: Path, capsys: Capture) -> None:
+    path = write_everything(tmp_path / "a.mcap")
+    before = read_log(path)
+    snakebot(capsys, "log", "merge-speed", path, "--speed", "0.131")
+    after = read_log(path)
+    assert after.forward_speed_m_s == 0.131
+    assert after.to_run().forward_speed_m_s == 0.131
+    np.testing.assert_array_equal(after.measured_rad, before.measured_rad)
+    np.testing.assert_array_equal(after.pose, before.pose)
+    assert after.events == before.events
+    assert after.attachments == before.attachments
+    snakebot(capsys, "log", "merge-speed", path, "--speed", "0.2", "-o", tmp_path / "b.mcap")
+    assert read_log(path).forward_speed_m_s == 0.131
+    assert read_log(tmp_path / "b.mcap").forward_speed_m_s == 0.2
+    assert "not a finite number" in snakebot(capsys, "log", "merge-speed", path, "--speed", "nan", status=2)
+    assert "one of them" in snakebot(capsys, "log", "merge-speed", path, status=2)
+    part = tmp_path / "p.mcap.part"
+    part.write_bytes(path.read_bytes())
+    assert "recover" in snakebot(capsys, "log", "merge-speed", part, "--speed", "1", status=6)
+
+
+def _camera(path: Path, offset_s: float, speed_m_s: float = 0.2, heading_rad: float = 0.7) -> Path:
+    """A camera that starts before the run and ends after it: 30 Hz, millimetres, a course of its own."""
+    t_s = np.arange(0, 20 + offset_s + 3, 1 / 30)
+    run_s = np.clip(t_s - offset_s, 0, 20)
+    ramp = np.clip(np.minimum(run_s, 20 - run_s) / 2, 0, 1)
+    along, across = np.cumsum(ramp) * speed_m_s / 30, 0.02 * np.sin(2 * run_s) * ramp
+    x = along * np.cos(heading_rad) - across * np.sin(heading_rad)
+    y = along * np.sin(heading_rad) + across * np.cos(heading_rad)
+    rows = "".join(f"{t:.5f},{1000 * a:.3f},{1000 * b:.3f}\n" for t, a, b in zip(t_s, x, y, strict=True))
+    path.write_text("t,X,Y\n" + rows)
+    return path
+
+
+@pytest.mark.parametrize("offset_s", [0.4, 3.7])
+def test_merge_a_track_aligned_by_the_motion(tmp_path: Path, capsys: Capture, offset_s: float) -> None:
+    path = wave_log(tmp_path / "a.mcap")
+    camera = _camera(tmp_path / "cam.csv", offset_s)
+    maps = ("--map", "t_s=t", "--map", "x_m=X:mm", "--map", "y_m=Y:mm")
+    told = json.loads(snakebot(capsys, "log", "merge-speed", path, "--track", camera, *maps, "--json"))
+    assert told["aligned_by"] == "motion"
+    assert told["offset_s"] == pytest.approx(offset_s, abs=0.1)
+    assert told["forward_speed_m_s"] == pytest.approx(0.2, rel=0.02)
+    run = open_run(path)
+    assert run.forward_speed_m_s == told["forward_speed_m_s"]
+    assert run.pose is not None
+    steady = (run.t_s > 4) & (run.t_s < 16)
+    assert np.isfinite(run.pose[steady]).all()
+    assert np.mean(run.pose[steady, 2]) == pytest.approx(0.7, abs=0.1)  # the direction of travel
+
+
+def test_a_track_with_a_given_offset_or_a_wall_clock(tmp_path: Path, capsys: Capture) -> None:
+    path = wave_log(tmp_path / "a.mcap")
+    camera = _camera(tmp_path / "cam.csv", 3.7)
+    maps = ("--map", "t_s=t", "--map", "x_m=X:mm", "--map", "y_m=Y:mm")
+    run = ("log", "merge-speed", path, "--track", camera, *maps)
+    told = json.loads(snakebot(capsys, *run, "--offset", "3.7", "-o", tmp_path / "b.mcap", "--json"))
+    assert told["aligned_by"] == "given"
+    assert "do not overlap" in snakebot(capsys, *run, "--offset", "300", status=2)
+    assert "column t is missing" not in snakebot(capsys, "log", "info", tmp_path / "b.mcap")
+    rows = camera.read_text().splitlines()
+    shifted = [f"{float(r.split(',')[0]) + START_NS * 1e-9 - 3.7:.4f},{r.split(',', 1)[1]}" for r in rows[1:]]
+    camera.write_text("\n".join(["t,X,Y", *shifted]))
+    told = json.loads(snakebot(capsys, *run, "--json"))
+    assert told["aligned_by"] == "wall clock"
+    assert told["forward_speed_m_s"] == pytest.approx(0.2, rel=0.02)
+
+
+def test_a_track_of_something_else_is_refused(tmp_path: Path) -> None:
+    log = read_log(wave_log(tmp_path / "a.mcap"))
+    rng = np.random.default_rng(0)
+    track = Track(
+        np.arange(600) / 30, np.column_stack([np.cumsum(rng.normal(size=(600, 2)), axis=0), np.zeros(600)])
+    )
+    with pytest.raises(BadInputError, match="give --offset"):
+        align_track(log, track)
+
+
+def test_heading_is_the_direction_of_travel_where_none_is_measured() -> None:
+    t_s = np.arange(0, 10, 0.1)
+    angle = 0.3 * t_s
+    pose = np.column_stack([np.cumsum(np.cos(angle)), np.cumsum(np.sin(angle)), np.full(100, np.nan)])
+    heading = with_heading(Track(t_s, pose), 1.0).pose[:, 2]
+    np.testing.assert_allclose(heading[10:-10], angle[10:-10], atol=0.05)
+    known = Track(t_s, np.zeros((100, 3)))
+    assert with_heading(known, 1.0) is known
+
+
+def test_session_make_and_check(tmp_path: Path, capsys: Capture) -> None:
+    for name in ("a", "b"):
+        wave_log(tmp_path / "runs" / f"{name}.mcap", duration_s=4)
+    wave_log(tmp_path / "runs" / "c.mcap", alpha_deg=30, duration_s=4)
+    command = ("session", "make", tmp_path / "s", tmp_path / "runs", "--hold-out", "c", "--json")
+    made = json.loads(snakebot(capsys, *command))
+    assert made["repeats"] == {"b": "a"}
+    assert made["held_out"] == ["c"]
+    checked = json.loads(snakebot(capsys, "session", "check", tmp_path / "s", "--json"))
+    assert [(run["run"], run["repeat_of"], run["hold_out"]) for run in checked["runs"]] == [
+        ("a.csv", None, False),
+        ("b.csv", "a.csv", False),
+        ("c.csv", None, True),
+    ]
+    assert "b.csv" in snakebot(capsys, "session", "check", tmp_path / "s")
+    again = (
+        "session",
+        "make",
+        tmp_path / "t",
+        tmp_path / "s",
+        tmp_path / "runs",
+        "--format",
+        "parquet",
+        "--json",
+    )
+    made = json.loads(snakebot(capsys, *again, "--no-find-repeats", "--repeat", "a=a.csv"))
+    assert made["runs"] == 6
+    assert made["repeats"] == {"b.csv": "a.csv", "a": "a.csv"}
+    assert "is not empty" in snakebot(capsys, *command, status=2)
+    assert "no such run" in snakebot(
+        capsys, "session", "make", tmp_path / "u", tmp_path / "s", "--hold-out", "x", status=2
+    )
+    assert "no such folder" in snakebot(capsys, "session", "check", tmp_path / "nope", status=2)
+    (tmp_path / "s" / "a.csv").write_text("t_s,cmd_1_rad\n")
+    assert "a.csv: row 1: column" in snakebot(capsys, "session", "check", tmp_path / "s", status=2)
+
+
+def test_every_command_has_examples_and_says_what_its_options_do() -> None:
+    for group in (log_module.command, session_module.command):
+        assert isinstance(group, click.Group)
+        for name, command in {"": group, **group.commands}.items():
+            assert "Examples:" in (command.epilog or ""), name
+            for option in command.params:
+                if isinstance(option, click.Option):
+                    assert option.help or option.name == "form", (name, option.name)
+
+
+def test_gait_of_a_tick_log_is_what_was_commanded(tmp_path: Path) -> None:
+    gait = Gait.from_degrees(66, 80, 2)
+    with RunWriter(tmp_path / "a", ROBOT, {"gait": gait_to_mapping(gait)}) as writer:
+        writer.tick(Tick(0, 0.0, START_NS, np.zeros(5), np.zeros(5)))
+    assert open_run(writer.path).gait == gait

@@ -58,6 +58,7 @@ from snakebot.simboard.register import SetpointRegister
 
 BEAT_S = 0.1  # heartbeats, and samples while nothing streams
 COUNTERS_S = 1.0
+MAX_DRIFT_PPM = 100_000.0
 _EARLY_S = 1e-7  # a timer may run out this early: a year's clock resolves no better
 _MASK16 = 0xFFFF
 _WIRE_ANGLE_RAD = 32767 * ANGLE_STEP_RAD
@@ -80,7 +81,8 @@ class SimBoard:
         plant: stands in for ``snakebot.effects.Plant``.
 
     Raises:
-        BadInputError: the protocol cannot carry this robot (more than 16 joints, more than 65535 counts a turn).
+        BadInputError: the protocol cannot carry this robot (more than 16 joints, more than 65535 counts a turn),
+            or a value that no board has.
     """
 
     def __init__(
@@ -99,6 +101,16 @@ class SimBoard:
         if robot.joints > MAX_JOINTS:
             raise BadInputError(
                 f"robot {robot.name!r} has {robot.joints} joints; a board has at most {MAX_JOINTS}"
+            )
+        if not abs(drift_ppm) <= MAX_DRIFT_PPM:
+            raise BadInputError(
+                f"a clock drift of {drift_ppm} ppm; a board's clock is at most {MAX_DRIFT_PPM} ppm off"
+            )
+        if not 0 <= serial_number < 1 << 64:
+            raise BadInputError(f"serial number {serial_number}: it has 64 bits")
+        if start_rad is not None and len(start_rad) != robot.joints:
+            raise BadInputError(
+                f"{len(start_rad)} start angles for robot {robot.name!r} with {robot.joints} joints"
             )
         if robot.encoder_counts_per_rev > _MAX_COUNTS_PER_REV:
             raise BadInputError(
@@ -280,13 +292,9 @@ class SimBoard:
         acknowledge = self._configuration.mode(message, t_s)
         if self._machine.mode is not before:
             self._go_on(self._now_s)
-            if self._machine.mode is Mode.ARMED:
-                if before is Mode.DISARMED:
-                    self._read()  # the register follows the joints as long as they have no power
-                self._register.start(t_s)
             self._power()
             if self._machine.mode is Mode.ARMED:
-                self._command()
+                self._register.start(t_s)
         self._send(acknowledge)
 
     def _configure(self, message: Message, t_s: float) -> None:
@@ -320,12 +328,22 @@ class SimBoard:
         )
 
     def _power(self) -> None:
-        """Tell the plant, which stands at this moment, which joints have power, where that has changed."""
-        for index, mode in enumerate(self._register.joint_modes):
-            free = not self._machine.powered or mode is JointMode.FREE
-            if free != self._free[index]:
-                self._free[index] = free
-                self._plant.set_joint_mode(index + 1, "free" if free else "active")
+        """Tell the plant, which stands at this moment, which joints have power, where that has changed.
+
+        A joint that gets power is told to stay where it is: nothing jumps.
+        """
+        free = [not self._machine.powered or mode is JointMode.FREE for mode in self._register.joint_modes]
+        if free == self._free:
+            return
+        switched_on = any(was and not now for was, now in zip(self._free, free, strict=True))
+        if switched_on:
+            self._read()
+        for index, (was, now) in enumerate(zip(self._free, free, strict=True)):
+            if was is not now:
+                self._plant.set_joint_mode(index + 1, "free" if now else "active")
+        self._free = [*free]
+        if switched_on:
+            self._command()
 
     # -- encoders and samples ----------------------------------------------------------------------------------------
 

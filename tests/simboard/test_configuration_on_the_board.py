@@ -150,6 +150,18 @@ def test_free_joint_has_no_power_and_its_register_follows_it() -> None:
     )
 
 
+def test_a_joint_that_gets_power_back_while_holding_stays_where_it_is() -> None:
+    rig = Rig()
+    rig.enter(Mode.HOLDING)
+    rig.ask(joint_mode(3, JointMode.FREE))
+    rig.advance(0.05)
+    rig.plant.angle_rad[2] = 0.4
+    rig.ask(joint_mode(3, JointMode.ACTIVE))
+    assert rig.plant.commands[-1] == (rig.now_s, pytest.approx([0.0, 0.0, 0.4, 0.0, 0.0], abs=4e-4))
+    rig.advance(0.1)
+    assert rig.plant.angle_rad[2] == pytest.approx(0.4, abs=4e-4)
+
+
 def test_rigid_goes_to_its_angle_under_the_limiter_and_stays() -> None:
     rig = Rig()
     rig.go(Mode.ARMED)

@@ -216,6 +216,21 @@ def test_robots_that_the_protocol_cannot_carry_are_refused(robot: dict, word: st
         SimBoard(bench(**robot))
 
 
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"drift_ppm": math.nan},
+        {"drift_ppm": -1e6},
+        {"serial_number": -1},
+        {"serial_number": 1 << 64},
+        {"start_rad": [0.0] * 4},
+    ],
+)
+def test_values_that_no_board_has_are_refused(wrong: dict) -> None:
+    with pytest.raises(BadInputError):
+        SimBoard(bench(), **wrong)
+
+
 def test_counters_wrap_at_16_bits() -> None:
     rig = Rig()
     rig.board.note_corrupt(65536 + 7)

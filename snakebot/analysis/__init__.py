@@ -1,2 +1,51 @@
-"""What a run says: tracking, sines, steady state, speed, power, link; one run, several runs, a run against
-another."""
+"""What runs say: tracking, sines, steady state, speed, power, link; of one run, of several, of one beside its
+simulation.
+
+Names load on first use, so that a command that needs none of it pays for none of it.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from snakebot.analysis.comparison import Comparison, compare
+    from snakebot.analysis.joints import JointAnalysis, analyze_joint
+    from snakebot.analysis.loading import Loaded, load, load_one
+    from snakebot.analysis.run_analysis import RunAnalysis, analyze_run
+    from snakebot.analysis.tables import PaperTables, paper_tables
+
+_HOME = {
+    "Comparison": "comparison",
+    "JointAnalysis": "joints",
+    "Loaded": "loading",
+    "PaperTables": "tables",
+    "RunAnalysis": "run_analysis",
+    "analyze_joint": "joints",
+    "analyze_run": "run_analysis",
+    "compare": "comparison",
+    "load": "loading",
+    "load_one": "loading",
+    "paper_tables": "tables",
+}
+
+__all__ = [
+    "Comparison",
+    "JointAnalysis",
+    "Loaded",
+    "PaperTables",
+    "RunAnalysis",
+    "analyze_joint",
+    "analyze_run",
+    "compare",
+    "load",
+    "load_one",
+    "paper_tables",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

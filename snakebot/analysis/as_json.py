@@ -7,12 +7,14 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+from snakebot.analysis.comparison import Comparison
 from snakebot.analysis.joints import JointAnalysis
 from snakebot.analysis.run_analysis import RunAnalysis
 from snakebot.analysis.sine import SineFit
 from snakebot.analysis.tables import PaperTables
 
 SCHEMA = "snakebot.analysis/1"
+COMPARISON_SCHEMA = "snakebot.comparison/1"
 
 
 def analysis_json(runs: Sequence[RunAnalysis], tables: PaperTables) -> dict[str, Any]:
@@ -65,11 +67,21 @@ def joint_json(joint: JointAnalysis) -> dict[str, Any]:
         "lag_s": plain(joint.lag_s),
         "thd": plain(joint.thd),
         "thd_command": plain(joint.thd_command),
-        "harmonics": plain(joint.harmonics.tolist()),
+        "harmonics": _harmonics(joint),
         "sine_residual": plain(joint.sine_residual),
         "hysteresis": plain(asdict(joint.hysteresis)),
         "lost": plain(joint.lost),
     }
+
+
+def _harmonics(joint: JointAnalysis) -> list[float]:
+    """Amplitude of each harmonic over the fundamental's, from the first on."""
+    fit = joint.harmonic_fit
+    return (
+        []
+        if fit is None or not math.isfinite(joint.thd)
+        else [float(a / fit.amplitude) for a in fit.amplitudes]
+    )
 
 
 def _sine(fit: SineFit | None) -> dict[str, Any] | None:
@@ -92,3 +104,31 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value
+
+
+def comparison_json(found: Comparison) -> dict[str, Any]:
+    """What ``snakebot compare --json`` prints."""
+    alignment = plain(asdict(found.alignment))
+    return {
+        "schema": COMPARISON_SCHEMA,
+        "real": run_json(found.real),
+        "sim": run_json(found.sim),
+        "sim_source": found.sim_source,
+        "alignment": {**alignment, "by": found.aligned_by},
+        "rms_rad": plain(found.rms_rad),
+        "speed_error_percent": plain(found.speed_error_percent),
+        "joints": [
+            {
+                "joint": j.joint,
+                "rms_rad": plain(j.rms_rad),
+                "max_rad": plain(j.max_rad),
+                "mean_rad": plain(j.mean_rad),
+                "correlation": plain(j.correlation),
+                "share": plain(j.share),
+                "real": joint_json(j.real),
+                "sim": joint_json(j.sim),
+            }
+            for j in found.joints
+        ],
+        "warnings": list(found.warnings),
+    }

@@ -38,6 +38,15 @@ class JointFaults:
         """As in Table IV: ``1 + 2``."""
         return " + ".join(str(joint) for joint in sorted((*self.free, *self.rigid)))
 
+    def effects(self) -> tuple[str, ...]:
+        """The same in the grammar of ``--effect``."""
+        free = (f"joint_free:joints={'+'.join(map(str, self.free))}",) if self.free else ()
+        stuck = (
+            f"joint_rigid:angle_deg={math.degrees(self.rigid_angle_rad.get(joint, 0.0)):.6g},joints={joint}"
+            for joint in self.rigid
+        )
+        return (*free, *stuck)
+
 
 def joint_faults(metadata: Mapping[str, Any], joints: int) -> JointFaults:
     """Read the ``faults`` and ``effects`` that a run's metadata lists; what is no joint fault is passed over.

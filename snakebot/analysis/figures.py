@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from snakebot.analysis.bodies import BodyPath, model_path, recorded_path
 from snakebot.analysis.curves import amplitude_spectrum, smooth_rate
+from snakebot.analysis.sine import Array
 from snakebot.report import Axis, Band, Curve, Line, LineChart, SnakeAnimation, SnakeMotion, XYChart
 
 if TYPE_CHECKING:
@@ -101,7 +102,6 @@ def set_point_portraits(run: RunAnalysis) -> list[XYChart]:
 
 def phase_portraits(run: RunAnalysis) -> list[XYChart]:
     """Rate against angle: a sine is an ellipse, a rate limit flattens it."""
-    part, base = portrait_window(run), _rate_base(run)
     charts = []
     for j in range(run.run.joints):
         curves = []
@@ -109,8 +109,8 @@ def phase_portraits(run: RunAnalysis) -> list[XYChart]:
             ("command", run.run.command_rad, "command", True),
             ("measured", run.run.measured_rad, "measured", False),
         ):
-            rate = smooth_rate(run.run.t_s, signals[:, j], base)
-            curves.append(Curve(name, np.degrees(signals[part, j]), rate[part], color, dash=dash))
+            angle, rate = angle_and_rate(run, signals[:, j])
+            curves.append(Curve(name, angle, rate, color, dash=dash))
         charts.append(
             XYChart(
                 f"Joint {j + 1}: rate against angle",
@@ -155,7 +155,7 @@ def spectra(run: RunAnalysis) -> LineChart | None:
     frequency = found[0][1]
     keep = (frequency > 0) & (frequency <= (SPECTRUM_ORDERS * unit if run.omega_rad_s else np.inf))
     lines = [
-        Line(f"joint {joint}", np.maximum(np.degrees(amplitude[keep]), 1e-4), joint_color(joint), width=1.2)
+        Line(f"joint {joint}", np.maximum(np.degrees(amplitude[keep]), 1e-3), joint_color(joint), width=1.2)
         for joint, _, amplitude in found
         if len(amplitude) == len(frequency)
     ]
@@ -237,6 +237,13 @@ def portrait_window(run: RunAnalysis) -> NDArray[np.intp]:
         t = run.run.t_s
         inside = inside[t[inside] >= t[inside[-1]] - PORTRAIT_CYCLES * 2 * math.pi / run.omega_rad_s]
     return inside
+
+
+def angle_and_rate(run: RunAnalysis, signal_rad: Array) -> tuple[Array, Array]:
+    """Angle in deg and its rate in rad/s over the last few steady cycles, of one joint's angles (N,)."""
+    part = portrait_window(run)
+    rate = smooth_rate(run.run.t_s, signal_rad, _rate_base(run))
+    return np.degrees(signal_rad[part]), rate[part]
 
 
 def _rate_base(run: RunAnalysis) -> float:

@@ -35,7 +35,7 @@ class JointAnalysis:
     lag_s: float
     thd: float
     thd_command: float
-    harmonics: Array  # amplitude of each harmonic over the fundamental's; the first is 1
+    harmonic_fit: SineFit | None  # of the measured angle, with all harmonics that the sampling allows
     sine_residual: float
     hysteresis: Hysteresis
     lost: float
@@ -83,7 +83,7 @@ def analyze_joint(
         lag_s=lag_s,
         thd=rich.thd if rich is not None and moving else math.nan,
         thd_command=rich_command.thd if rich_command is not None and gain == gain else math.nan,
-        harmonics=rich.amplitudes / rich.amplitude if rich is not None and moving else np.zeros(0),
+        harmonic_fit=rich,
         sine_residual=math.sqrt(2) * measured.residual_rms / measured.amplitude
         if measured is not None and moving
         else math.nan,

@@ -65,8 +65,8 @@ def predict_fits(model: ChainModel, fits: Sequence[SineFit]) -> Prediction:
     steady = t >= start - 1e-9
     return Prediction(
         moved.forward_speed_m_s(start - 1e-9),
-        float(np.mean(moved.power_in_w[steady][:-1])),
-        float(np.mean(moved.power_dissipated_w[steady][:-1])),
+        float(np.mean(moved.power_in_w[steady][1:])),
+        float(np.mean(moved.power_dissipated_w[steady][1:])),
     )
 
 

@@ -90,7 +90,7 @@ def steady_text(run: RunAnalysis) -> str:
 
 def _facts(run: RunAnalysis) -> Facts:
     def text(value: float, unit: str, digits: int = 3) -> str:
-        return f"{significant(value, digits)} {unit}".strip() if math.isfinite(value) else "–"
+        return f"{significant(value, digits, 4)} {unit}".strip() if math.isfinite(value) else "–"
 
     rms = max((j.tracking.rms_rad for j in run.joints if math.isfinite(j.tracking.rms_rad)), default=math.nan)
     worst = max(run.joints, key=lambda j: j.tracking.rms_rad if math.isfinite(j.tracking.rms_rad) else -1)
@@ -134,19 +134,33 @@ def _facts(run: RunAnalysis) -> Facts:
 def joint_table(run: RunAnalysis) -> Table:
     columns = [
         Column("joint"),
-        Column("TE", "(37)", 3, "rms error over the gait's amplitude, dimensionless"),
-        Column("RMS error", "deg", 3),
-        Column("max error", "deg", 3),
-        Column("mean error", "deg", 3, "constant part of the error"),
-        Column("amplitude", "deg", 4, "least-squares sine of the measured angle at the gait's frequency"),
-        Column("gain", "", 4, "measured over commanded amplitude"),
-        Column("phase lag", "deg", 3),
-        Column("lag", "ms", 3, "phase lag as a time; for a motion that is not periodic, the best shift"),
-        Column("harmonics", "%", 3, "THD: rms of harmonics 2 to 9 over the fundamental"),
-        Column("off the sine", "%", 3, "rms of all that the sine leaves, over the rms of the sine"),
-        Column("hysteresis", "deg", 3, "half the jump of the error where the motion turns round"),
-        Column("loop", "", 2, "area of error against velocity: 0 on a line, 1 a full ellipse"),
-        Column("lost", "%", 3),
+        Column("TE", "(37)", 3, "rms error over the gait's amplitude, dimensionless", decimals=4),
+        Column("RMS error", "deg", 3, decimals=2),
+        Column("max error", "deg", 3, decimals=2),
+        Column("mean error", "deg", 3, "constant part of the error", decimals=2),
+        Column(
+            "amplitude",
+            "deg",
+            4,
+            "least-squares sine of the measured angle at the gait's frequency",
+            decimals=2,
+        ),
+        Column("gain", "", 4, "measured over commanded amplitude", decimals=3),
+        Column("phase lag", "deg", 3, decimals=2),
+        Column(
+            "lag",
+            "ms",
+            3,
+            "phase lag as a time; for a motion that is not periodic, the best shift",
+            decimals=2,
+        ),
+        Column("harmonics", "%", 3, "THD: rms of harmonics 2 to 9 over the fundamental", decimals=2),
+        Column(
+            "off the sine", "%", 3, "rms of all that the sine leaves, over the rms of the sine", decimals=2
+        ),
+        Column("hysteresis", "deg", 3, "half the jump of the error where the motion turns round", decimals=2),
+        Column("loop", "", 2, "area of error against velocity: 0 on a line, 1 a full ellipse", decimals=3),
+        Column("lost", "%", 3, decimals=2),
     ]
     rows: list[list[object]] = []
     for joint in run.joints:
@@ -196,7 +210,7 @@ def prediction_table(run: RunAnalysis) -> Table | None:
     columns = [
         Column("motion of the joints in the nominal model"),
         Column("speed", "m/s", 4),
-        Column("measured is off by", "% (36)", 3),
+        Column("measured is off by", "% (36)", 3, decimals=1),
         Column("power in", "W", 4),
         Column("power dissipated", "W", 4),
     ]
@@ -219,14 +233,14 @@ def link_table(run: RunAnalysis) -> Table:
     ]
     columns = [
         Column("ticks"),
-        Column("interval", "ms", 4),
-        Column("jitter rms", "ms", 3),
-        Column("jitter 99 %", "ms", 3),
+        Column("interval", "ms", 4, decimals=2),
+        Column("jitter rms", "ms", 3, decimals=2),
+        Column("jitter 99 %", "ms", 3, decimals=2),
         Column("late ticks"),
-        Column("lost", "%", 3),
-        Column("delay median", "ms", 3, "from a set-point sent to the board's answer"),
-        Column("delay 99 %", "ms", 3),
-        Column("delay max", "ms", 3),
+        Column("lost", "%", 3, decimals=2),
+        Column("delay median", "ms", 3, "from a set-point sent to the board's answer", decimals=2),
+        Column("delay 99 %", "ms", 3, decimals=2),
+        Column("delay max", "ms", 3, decimals=2),
         Column(
             "set-point delay", "ms", 3, "by how much the set-points the board executed trail those commanded"
         ),

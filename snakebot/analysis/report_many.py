@@ -30,18 +30,18 @@ def add_overview(page: Page, runs: Sequence[RunAnalysis], tables: PaperTables) -
 def runs_table(runs: Sequence[RunAnalysis]) -> Table:
     columns = [
         Column("run"),
-        Column("α", "deg", 4),
-        Column("β", "deg", 4),
+        Column("α", "deg", 4, decimals=2),
+        Column("β", "deg", 4, decimals=2),
         Column("ω", "rad/s", 4),
         Column("steady cycles"),
-        Column("TE", "(37)", 3),
-        Column("worst RMS error", "deg", 3),
-        Column("worst lag", "ms", 3),
-        Column("worst harmonics", "%", 3),
+        Column("TE", "(37)", 3, decimals=4),
+        Column("worst RMS error", "deg", 3, decimals=2),
+        Column("worst lag", "ms", 3, decimals=2),
+        Column("worst harmonics", "%", 3, decimals=2),
         Column("speed", "m/s", 3),
         Column("predicted", "m/s", 3, "nominal model, ideal tracking"),
-        Column("error", "% (36)", 3),
-        Column("lost", "%", 3),
+        Column("error", "% (36)", 3, decimals=1),
+        Column("lost", "%", 3, decimals=2),
         Column("late ticks"),
     ]
     if all(run.robot.body is None for run in runs):
@@ -73,12 +73,12 @@ def speed_table(rows: Sequence[SpeedRow]) -> Table:
     """Layout of Table II, and the sine replay beside it."""
     columns = [
         Column("ω", "rad/s", 4),
-        Column("α", "deg", 4),
-        Column("β", "deg", 4),
+        Column("α", "deg", 4, decimals=2),
+        Column("β", "deg", 4, decimals=2),
         Column("predicted speed", "m/s", 3, "nominal model, ideal tracking"),
         Column("experimental speed", "m/s", 3),
-        Column("error", "% (36)", 3),
-        Column("TE", "(37)", 3),
+        Column("error", "% (36)", 3, decimals=1),
+        Column("TE", "(37)", 3, decimals=4),
         Column(
             "predicted from measured sines", "m/s", 3, "least-squares sines of the measured angles, replayed"
         ),
@@ -114,7 +114,7 @@ def neighbour_table(table: NeighbourTable) -> Table:
         error = f"{significant(row.error_percent, 3)} %" if math.isfinite(row.error_percent) else NOT_KNOWN
         return f"{parts[0]} / {parts[1]} m/s, {error}"
 
-    columns = [Column("α \\ β", "deg", 4), *(Column(f"{beta:g}°") for beta in table.betas_deg)]
+    columns = [Column("α \\ β", "deg", 4, decimals=2), *(Column(f"{beta:g}°") for beta in table.betas_deg)]
     rows: list[list[object]] = [
         [alpha, *(cell(entry) for entry in line)]
         for alpha, line in zip(table.alphas_deg, table.cells, strict=True)
@@ -130,7 +130,7 @@ def fault_table(table: FaultTable) -> Table:
         Column("joint"),
         Column("predicted speed", "m/s", 3),
         Column("experimental speed", "m/s", 3),
-        Column("error", "% (36)", 3),
+        Column("error", "% (36)", 3, decimals=1),
         Column("power in (simulation)", "W", 3),
         Column("runs"),
     ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from snakebot.analysis.prediction import (
     predict_fits,
     predict_gait,
 )
-from snakebot.analysis.sine import Array, SineFit, estimate_omega, fit_sine, usable_harmonics
+from snakebot.analysis.sine import Array, SineFit, estimate_omega
 from snakebot.analysis.speed import Speed, forward_speed, speed_error_percent
 from snakebot.analysis.steady import SteadyState, find_steady_state
 
@@ -94,7 +94,9 @@ class RunAnalysis:
         return speed_error_percent(self.speed_m_s, ideal.speed_m_s) if ideal else math.nan
 
 
-def analyze_run(run: Run, robot: Robot, *, predict: bool = True) -> RunAnalysis:
+def analyze_run(
+    run: Run, robot: Robot, *, predict: bool = True, steady: SteadyState | None = None
+) -> RunAnalysis:
     """Analyze one run of a robot; without a body all that needs the ground is left out.
 
     Args:
@@ -104,7 +106,7 @@ def analyze_run(run: Run, robot: Robot, *, predict: bool = True) -> RunAnalysis:
     warnings: list[str] = []
     omega, source = _frequency(run, warnings)
     position = run.pose[:, :2] if run.pose is not None and np.isfinite(run.pose).any() else None
-    steady = find_steady_state(run.t_s, run.command_rad, run.measured_rad, omega, position)
+    steady = steady or find_steady_state(run.t_s, run.command_rad, run.measured_rad, omega, position)
     inside = steady.mask(run.t_s)
     amplitude = run.gait.alpha_rad if run.gait is not None else None
     joints = tuple(
@@ -126,7 +128,7 @@ def analyze_run(run: Run, robot: Robot, *, predict: bool = True) -> RunAnalysis:
 
         model = ChainModel.from_body(robot.body)
         predictions = _predict(run, model, omega, steady, joints, faults, warnings)
-        dissipated = _dissipated(run, model, omega, steady, speed)
+        dissipated = _dissipated(run, model, omega, steady, joints, speed)
     electrical = electrical_power(_floats(run.extra), run.joints)
     return RunAnalysis(
         name=run.name,
@@ -210,7 +212,7 @@ def _predict(
         measured = [joint.measured for joint in joints]
         if None not in measured:
             sine = predict_fits(model, [fit for fit in measured if fit])
-            rich = predict_fits(model, [fit for fit in _harmonic_fits(run, omega, steady) if fit])
+            rich = predict_fits(model, _harmonic_fits(joints))
         else:
             lost = [joint.joint for joint in joints if joint.measured is None]
             warnings.append(f"no replay of the measured angles: joint {lost[0]} has too few samples")
@@ -220,15 +222,21 @@ def _predict(
         return Predictions()
 
 
-def _harmonic_fits(run: Run, omega: float, steady: SteadyState) -> list[SineFit | None]:
-    inside = steady.mask(run.t_s)
-    t = run.t_s[inside]
-    order = usable_harmonics(t, omega)
-    columns = run.measured_rad[inside].T
-    return [fit_sine(t, column, omega, order) or fit_sine(t, column, omega) for column in columns]
+def _harmonic_fits(joints: Sequence[JointAnalysis]) -> list[SineFit]:
+    """The fit with harmonics of every joint, that of the sine alone where harmonics cannot be told; [] if any has
+    none."""
+    fits = [joint.harmonic_fit or joint.measured for joint in joints]
+    return [fit for fit in fits if fit] if None not in fits else []
 
 
-def _dissipated(run: Run, model: ChainModel, omega: float | None, steady: SteadyState, speed: float) -> float:
+def _dissipated(
+    run: Run,
+    model: ChainModel,
+    omega: float | None,
+    steady: SteadyState,
+    joints: Sequence[JointAnalysis],
+    speed: float,
+) -> float:
     """Mean over whole cycles; from the harmonics of the measured angles, so that encoder noise makes no
     velocity."""
     if not math.isfinite(speed):
@@ -241,11 +249,11 @@ def _dissipated(run: Run, model: ChainModel, omega: float | None, steady: Steady
             if angle is not None
             else math.nan
         )
-    fits = _harmonic_fits(run, omega, steady)
-    if None in fits:
+    fits = _harmonic_fits(joints)
+    if not fits:
         return math.nan
     t = np.linspace(0, 4 * math.pi / omega, 401)
-    angle = np.stack([fit.evaluate(t) for fit in fits if fit], axis=1)
+    angle = np.stack([fit.evaluate(t) for fit in fits], axis=1)
     return float(np.mean(dissipated_power(model, t, angle, speed)[:-1]))
 
 

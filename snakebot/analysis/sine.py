@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 MAX_HARMONICS = 9
+MIN_CONDITION = 1e-8  # of the normal equations: a window of a tenth of a cycle determines no sine
 MIN_CYCLES = 1.5  # fewer do not tell a slow sine from a drift
 PERIODIC_SHARE = 0.9  # of the command's variance that a periodic fit must explain
 
@@ -87,9 +88,11 @@ def fit_sine(t_s: Array, y: Array, omega_rad_s: float, harmonics: int = 1) -> Si
         return None
     t, values = np.asarray(t_s)[good], np.asarray(y)[good]
     design = _design(t, omega_rad_s, harmonics)
-    coefficients, _, rank, _ = np.linalg.lstsq(design, values, rcond=1e-10)
-    if rank < unknowns:
+    gram = design.T @ design  # well conditioned for sines that the samples can tell apart; others are refused
+    eigenvalues = np.linalg.eigvalsh(gram)
+    if eigenvalues[0] <= MIN_CONDITION * eigenvalues[-1]:
         return None
+    coefficients = np.linalg.solve(gram, design.T @ values)
     residual = values - design @ coefficients
     in_phase, quadrature = coefficients[1::2], coefficients[2::2]
     return SineFit(

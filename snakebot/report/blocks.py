@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from snakebot.report.decimate import decimate
+from snakebot.report.decimate import bridge_short_gaps, bucket_starts, decimate
 
 Array = NDArray[np.float64]
 NOT_KNOWN = "–"
@@ -41,12 +41,13 @@ class Axis:
 
 @dataclass(frozen=True)
 class Column:
-    """A table column. ``digits`` are significant digits; ``None`` shows the cell as it is."""
+    """A table column: numbers to so many significant ``digits``, but no more than so many ``decimals``."""
 
     name: str
     unit: str = ""
-    digits: int | None = None
+    digits: int = 4
     help: str = ""
+    decimals: int = 6
 
     def text(self, value: object) -> str:
         """One cell. What is not known shows as a dash, never as a zero."""
@@ -55,18 +56,19 @@ class Column:
         if isinstance(value, bool):
             return "yes" if value else "no"
         if isinstance(value, float):
-            return significant(value, self.digits or 4)
+            return significant(value, self.digits, self.decimals)
         return str(value)
 
 
-def significant(value: float, digits: int) -> str:
-    """``value`` to so many significant digits, in plain notation where that is readable."""
+def significant(value: float, digits: int, decimals: int = 6) -> str:
+    """``value`` to so many significant digits, but no more decimals than its unit is worth."""
     if value == 0:
         return "0"
     exponent = math.floor(math.log10(abs(value)))
-    if exponent < -5 or exponent > 6:
+    if exponent > 6:
         return f"{value:.{digits - 1}e}"
-    return f"{value:.{max(digits - 1 - exponent, 0)}f}".replace("-", "−")
+    text = f"{value:.{min(max(digits - 1 - exponent, 0), decimals)}f}"
+    return text.removeprefix("-") if not float(text) else text.replace("-", "−")
 
 
 @dataclass(frozen=True)
@@ -144,6 +146,9 @@ class LineChart:
 
     def spec(self) -> dict[str, Any]:
         keep = decimate(self.x_values, [line.y for line in self.lines], self.points)
+        thinned = len(self.x_values) // max(
+            len(bucket_starts(len(self.x_values), len(self.lines), self.points)), 1
+        )
         return {
             "kind": self.kind,
             "title": self.title,
@@ -151,7 +156,7 @@ class LineChart:
             "lines": [
                 {
                     "name": line.name,
-                    "y": np.round(line.y[keep], self.y.digits),
+                    "y": np.round(bridge_short_gaps(line.y, thinned - 1)[keep], self.y.digits),
                     "color": line.color,
                     "dash": line.dash,
                     "width": line.width,

@@ -14,18 +14,17 @@ def decimate(
     """Indices (sorted, at most about ``points``) that keep the lowest and highest sample of every signal a
     bucket.
 
-    A gap (``nan``) stays a gap: a bucket that holds one keeps its first sample of it.
+    A gap (``nan``) that fills a whole bucket stays a gap.
 
     Args:
         x: (N,) common to all signals.
         signals: each (N,).
     """
     size = len(x)
-    if size <= points or not signals:
+    starts = bucket_starts(size, len(signals), points)
+    if len(starts) >= size:
         return np.arange(size)
-    per_bucket = 3 * len(signals)
-    edges = np.linspace(0, size, max(points // per_bucket, 2) + 1).astype(np.int64)
-    starts = edges[:-1]
+    edges = np.append(starts, size)
     keep = [np.array([0, size - 1])]
     bucket = np.repeat(np.arange(len(starts)), np.diff(edges))
     for signal in signals:
@@ -36,7 +35,25 @@ def decimate(
             hits = np.flatnonzero((filled == extreme[bucket]) & known)
             _, first = np.unique(bucket[hits], return_index=True)
             keep.append(hits[first])
-        gaps = np.flatnonzero(~known)
-        _, first = np.unique(bucket[gaps], return_index=True)
-        keep.append(gaps[first])
+        keep.append(starts[np.add.reduceat(known, starts) == 0])
     return np.unique(np.concatenate(keep))
+
+
+def bucket_starts(size: int, signals: int, points: int) -> NDArray[np.int64]:
+    """First sample of every bucket; one sample a bucket where nothing needs thinning."""
+    if size <= points or signals == 0:
+        return np.arange(size)
+    return np.linspace(0, size, max(points // (2 * signals), 2) + 1).astype(np.int64)[:-1]
+
+
+def bridge_short_gaps(y: NDArray[np.float64], longest: int) -> NDArray[np.float64]:
+    """``y`` with gaps of up to ``longest`` samples bridged: a thinned picture does not show them."""
+    known = np.flatnonzero(np.isfinite(y))
+    if longest < 1 or len(known) in (0, len(y)):
+        return y
+    out = y.copy()
+    gap = np.diff(known)
+    for start, length in zip(known[:-1][gap > 1], gap[gap > 1], strict=True):
+        if length - 1 <= longest:
+            out[start : start + length + 1] = np.linspace(y[start], y[start + length], length + 1)
+    return out

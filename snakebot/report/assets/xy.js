@@ -41,7 +41,8 @@
       c.beginPath(); c.rect(m.left, m.top, w, h); c.clip();
       if (spec.diagonal) {
         c.strokeStyle = Page.color("muted"); c.setLineDash([5, 4]);
-        c.beginPath(); c.moveTo(px(x0), py(y0)); c.lineTo(px(x1), py(y1)); c.stroke(); c.setLineDash([]);
+        const from = Math.max(x0, y0), to = Math.min(x1, y1);
+        c.beginPath(); c.moveTo(px(from), py(from)); c.lineTo(px(to), py(to)); c.stroke(); c.setLineDash([]);
       }
       spec.curves.forEach((curve, index) => {
         if (hidden.has(index)) return;

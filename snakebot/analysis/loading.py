@@ -46,6 +46,21 @@ def load(paths: Sequence[str | Path], robot: Robot | None = None) -> list[Loaded
     return [Loaded(item.run, robot, item.source) for item in out]
 
 
+def load_one(path: str | Path, robot: Robot | None = None) -> Loaded:
+    """Read one run.
+
+    Raises:
+        BadInputError, LogError: as ``load``; or the path holds several runs.
+    """
+    found = load([path], robot)
+    if len(found) > 1:
+        names = ", ".join(item.run.name for item in found[:4]) + (", ..." if len(found) > 4 else "")
+        raise BadInputError(
+            f"{path}: holds {len(found)} runs; name one, for example {Path(path) / found[0].run.name} ({names})"
+        )
+    return found[0]
+
+
 def _load(path: Path) -> list[Loaded]:
     from snakebot.runlog import read_log, read_session
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from snakebot.diagnosis.blocks import mean_difference
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.hypothesis import Hypothesis, Term, fixed_by
+from snakebot.diagnosis.localise import gap_of
 from snakebot.diagnosis.trial import Trial, each_joint
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects, find_effect
@@ -21,7 +22,7 @@ Floats = NDArray[np.float64]
 HELPS_SE = 2.5  # an effect helps on a joint when its gain there is this many standard errors
 HELPS_SCORE = 0.03  # ... and at least this much (0.05: a tenth of the mean square)
 HELPS_SHARE = 0.2  # ... and at least this share of what it does for the joint it helps most
-SPREAD_STARTS = (1.0, 0.3, 3.0)  # factors on a start, for positive parameters
+SPREAD_STARTS = (1.0, 0.4, 2.5)  # factors on a start, for positive parameters
 
 # Effects that leave no mark on the mean of the readings; found by other means.
 NOT_FITTED = frozenset({"encoder_noise"})
@@ -148,10 +149,12 @@ def _joint_gain(context: Context, base: Trial, residual: Floats, joint: int) -> 
 
 
 def helped_joints(context: Context, base: Trial, residual: Floats) -> list[int]:
-    """0-based joints on which new residuals (N, k) are clearly smaller than those of ``base``."""
+    """0-based joints with a gap, on which new residuals (N, k) are clearly smaller than those of ``base``."""
     gains = [_joint_gain(context, base, residual, j) for j in range(context.data.joints)]
-    best = max(mean for mean, _ in gains)
-    return [j for j, (mean, z) in enumerate(gains) if z > HELPS_SE and mean > max(HELPS_SCORE, HELPS_SHARE * best)]
+    gap = gap_of(context, base).significant
+    best = max((mean for j, (mean, _) in enumerate(gains) if gap[j]), default=0.0)
+    least = max(HELPS_SCORE, HELPS_SHARE * best)
+    return [j for j, (mean, z) in enumerate(gains) if gap[j] and z > HELPS_SE and mean > least]
 
 
 def _wiring(context: Context, base: Trial) -> list[Candidate]:

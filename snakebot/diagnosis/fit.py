@@ -9,7 +9,7 @@ Parameters are fitted on a scale of their own (logarithmic where they span decad
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -152,20 +152,41 @@ def minimise(problem: Problem, start: Floats, most_steps: int = 25, *, covarianc
 def multi_start(
     problem: Problem, starts: Sequence[Floats], keep: int = 2, most_steps: int = 25, *, covariance: bool = True
 ) -> Fit:
-    """Try every start (each (U, p)), search on from the best ``keep`` of each unit, and keep each unit's best end."""
-    weights = _Weights(problem)
-    costs = np.array([weights.cost(problem.residual(start))[0] for start in starts])
-    order = np.argsort(costs, axis=0, kind="stable")
+    """Try every start (each (U, p)), search on from the best ``keep`` of each unit, and keep each unit's best end.
+
+    The cost is flat far from its minimum and has side valleys; plain least squares is not and leads near the right one.
+    So the searches come in two kinds: straight on, and by least squares first.
+    """
+    blunt = replace(problem, allowed_square=_blunt(problem, starts[0]))
     stacked = np.stack(starts)
-    best: Fit | None = None
     units = np.arange(stacked.shape[1])
-    evaluations = len(starts)
-    for place in range(min(keep, len(starts))):
-        fit = minimise(problem, stacked[order[place], units].copy(), most_steps, covariance=covariance)
-        evaluations += fit.evaluations
-        best = fit if best is None else _better(best, fit, problem)
+    residuals = [problem.residual(start) for start in starts]
+    best: Fit | None = None
+    for first in (blunt, problem):
+        weights = _Weights(first)
+        order = np.argsort(np.array([weights.cost(r)[0] for r in residuals]), axis=0, kind="stable")
+        for place in range(min(keep, len(starts))):
+            begin = stacked[order[place], units].copy()
+            if first is blunt:
+                begin = minimise(blunt, begin, max(most_steps // 2, 5), covariance=False).theta
+            fit = minimise(problem, begin, most_steps, covariance=False)
+            best = fit if best is None else _better(best, fit, problem)
     assert best is not None
-    return Fit(best.theta, best.cost, best.residual, best.covariance, evaluations)
+    return minimise(problem, best.theta, 1, covariance=True) if covariance else best
+
+
+def _blunt(problem: Problem, start: Floats) -> Floats:
+    """An allowed spread so wide that the cost is a plain sum of squares, of one size for each unit."""
+    residual = problem.residual(start)
+    out = problem.allowed_square.copy()
+    for unit in np.unique(problem.unit):
+        columns = problem.unit == unit
+        used = problem.block[:, columns] >= 0
+        if used.any():
+            names = np.unique(problem.block[:, columns][used])
+            size = float(np.mean(np.square(residual[:, columns][used])))
+            out[names] = np.maximum(out[names], 30 * size)
+    return out
 
 
 def _better(a: Fit, b: Fit, problem: Problem) -> Fit:

@@ -71,6 +71,7 @@ class Cause(_Part):
     indistinguishable_from: tuple[str, ...] = ()
     closure_alone: float | None = None
     specification: str  # in the grammar of --effect
+    evidence: dict[str, float] = {}  # what the probability was made of, see ``probability``
 
 
 class RankingEntry(_Part):
@@ -84,29 +85,21 @@ class RankingEntry(_Part):
     probability: Share
 
 
-class Closed(_Part):
+class AngleClosure(_Part):
     """How far the gap shrinks on runs no parameter was fitted to: closed = (before^2 - after^2) / (before^2 - floor^2)."""
 
-    unit: str
-    before: float | None
-    after: float | None
-    floor: float | None
-    closed: float | None
-    ci95: Interval | None = None
-    reason: str | None = None  # why `closed` is null
-
-
-class AngleClosure(_Part):
     unit: Literal["rad"] = "rad"
     rms_before: float
     rms_after: float
     rms_floor: float | None
     closed: float | None
     ci95: Interval | None = None
-    reason: str | None = None
+    reason: str | None = None  # why `closed` is null, or `floor` is
 
 
 class SpeedClosure(_Part):
+    """The same for the forward speed, root mean square over runs."""
+
     unit: Literal["m/s"] = "m/s"
     error_before: float
     error_after: float

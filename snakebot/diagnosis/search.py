@@ -17,6 +17,7 @@ from snakebot.diagnosis.blocks import Difference
 from snakebot.diagnosis.candidates import Candidate, candidates, usable_effects
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.hypothesis import Hypothesis
+from snakebot.diagnosis.localise import gap_of
 from snakebot.diagnosis.trial import Trial, nominal_trial, run_trial
 from snakebot.effects.effect import Effect
 
@@ -102,9 +103,11 @@ def touched(context: Context, trial: Trial, base: Trial) -> Bools:
 
 
 def accepted(context: Context, trial: Trial, base: Trial) -> bool:
-    """Whether what was added to ``base`` gains more than two standard errors, and enough to matter."""
+    """Whether what was added to ``base`` gains more than two standard errors, and enough to matter, where there is a gap."""
     rows = touched(context, trial, base)
-    if not rows.any():
+    gap = gap_of(context, base)
+    joints = [j for j in np.unique(context.block_joint[rows]) if (gap.ground_significant if j < 0 else gap.significant[j])]
+    if not joints:
         return False
     gain = context.gain(trial.held_square, base.held_square, rows)
     return gain.z > CLEAR_SE and gain.mean > MATTERS
@@ -112,24 +115,21 @@ def accepted(context: Context, trial: Trial, base: Trial) -> bool:
 
 def closed_enough(context: Context, trial: Trial) -> bool:
     """Whether nothing is left above what noise and tolerance allow, on any joint or over ground."""
-    for joint in np.unique(context.block_joint):
-        rows = (context.block_joint == joint) & context.selects
-        left = trial.held_square[rows] / context.allowed_square[rows]
-        if left.mean() > 1.1:
-            return False
-    return True
+    return not gap_of(context, trial).any
 
 
 def _explore(context: Context, base: Trial, library: Sequence[Effect], progress: Progress) -> list[Trial]:
     """Trials of each effect on top of ``base``, best first by held-out score."""
     made: list[Candidate] = []
-    on_ground = context.ground is not None and _ground_gap(context, base)
-    wanted = [e for e in library if e.stage != "body" or on_ground]
+    gap = gap_of(context, base)
+    wanted = [e for e in library if (gap.ground_significant if e.stage == "body" else gap.significant.any())]
+    if not wanted:
+        return []
     with ThreadPoolExecutor(THREADS) as pool:
         for number, found in enumerate(pool.map(lambda e: candidates(context, base, e), wanted)):
             made += found
             progress(f"trying {wanted[number].name}", 0.6 * (number + 1) / max(len(wanted), 1))
-        fits = list(pool.map(lambda c: run_trial(context, c.hypothesis, c.starts, cross=False), made))
+        fits = list(pool.map(lambda c: run_trial(context, c.hypothesis, c.starts, cross=False, rough=True), made))
         reached = [float((context.score(t.fitted_square) - context.score(base.fitted_square))[context.selects].mean()) for t in fits]
         order = np.argsort(reached, kind="stable")[::-1]
         if order.size == 0:
@@ -166,12 +166,6 @@ def _named(hypothesis: Hypothesis) -> int:
     return sum(0 if t.joints is None else 1 for t in hypothesis.terms)
 
 
-def _ground_gap(context: Context, base: Trial) -> bool:
-    """Whether the motion over ground is off beyond noise and tolerance."""
-    rows = (context.block_joint == -1) & context.selects
-    return bool(rows.any() and np.mean(base.held_square[rows] / context.allowed_square[rows]) > 1.0)
-
-
 def _swap(context: Context, best: Trial, singles: Sequence[Trial]) -> Trial:
     """The first effect was chosen alone, as a compromise: try the others in its place now that there is a second."""
     tried = []
@@ -182,13 +176,13 @@ def _swap(context: Context, best: Trial, singles: Sequence[Trial]) -> Trial:
             other = single.hypothesis.terms[0]
             if other.effect in best.hypothesis.names:
                 continue
-            if term.stage == "body" != (other.stage == "body"):
+            if (term.stage == "body") != (other.stage == "body"):
                 continue
             tried.append((rest.plus(other), [np.concatenate([kept, single.theta])]))
     if not tried:
         return best
     with ThreadPoolExecutor(THREADS) as pool:
-        fits = list(pool.map(lambda c: run_trial(context, c[0], c[1], cross=False), tried))
+        fits = list(pool.map(lambda c: run_trial(context, c[0], c[1], cross=False, rough=True), tried))
     fits.sort(key=lambda t: -float(context.score(t.fitted_square)[context.selects].mean()))
     for fit in fits[:2]:
         trial = run_trial(context, fit.hypothesis, [fit.theta])
@@ -226,7 +220,7 @@ def _rivals(
         if effect.name in best.hypothesis.names or (effect.stage == "body") != (term.stage == "body"):
             continue
         for candidate in candidates(context, square_theta, effect):
-            fits.append(run_trial(context, candidate.hypothesis, candidate.starts, cross=False))
+            fits.append(run_trial(context, candidate.hypothesis, candidate.starts, cross=False, rough=True))
     fits.sort(key=lambda t: -float(context.score(t.fitted_square)[context.selects].mean()))
     return tuple(_ranked(context, [run_trial(context, t.hypothesis, [t.theta]) for t in fits[:4]]))
 

@@ -34,6 +34,7 @@ class Trial:
         fitted_square: (B,) mean squares of the blocks at ``theta``.
         held_square: (B,) the same, each run predicted from parameters that it had no part in.
         readings: held-out predictions (N, k) a run.
+        run_theta: parameters by which each run was predicted, one (p,) a run.
     """
 
     hypothesis: Hypothesis
@@ -42,6 +43,7 @@ class Trial:
     fitted_square: Floats
     held_square: Floats
     readings: list[Floats]
+    run_theta: tuple[Floats, ...]
 
     @property
     def specs(self) -> tuple[EffectSpec, ...]:
@@ -52,32 +54,48 @@ class Trial:
         return float(context.score(self.held_square)[context.selects].mean())
 
 
-def squares(context: Context, specs: Sequence[EffectSpec]) -> tuple[Floats, list[Floats]]:
+def squares(
+    context: Context, specs: Sequence[EffectSpec], *, rough: bool = False
+) -> tuple[Floats, list[Floats]]:
     """(B,) mean squares of all blocks under some effects, and the readings."""
     angle_specs = [s for s in specs if s.effect.stage != "body"]
-    readings = _readings(context, specs) if angle_specs else context.nominal
+    readings = (
+        [p.reading_rad for p in context.simulator.predict(specs, rough=rough)] if angle_specs else context.nominal
+    )
     angles = context.angle_blocks.mean_square(context.residuals(readings))
     return np.concatenate([angles, context.ground_square(specs)]), readings
 
 
-def _readings(context: Context, specs: Sequence[EffectSpec]) -> list[Floats]:
-    return [p.reading_rad for p in context.simulator.predict(specs)]
-
-
 def nominal_trial(context: Context) -> Trial:
     square, readings = squares(context, ())
-    return Trial(Hypothesis(), np.zeros(0), np.zeros((0, 0)), square, square, readings)
+    nothing = np.zeros(0)
+    return Trial(
+        Hypothesis(), nothing, np.zeros((0, 0)), square, square, readings, (nothing,) * len(context.data.runs)
+    )
 
 
 def run_trial(
-    context: Context, hypothesis: Hypothesis, starts: Sequence[Floats], *, cross: bool = True, keep: int = 2
+    context: Context,
+    hypothesis: Hypothesis,
+    starts: Sequence[Floats],
+    *,
+    cross: bool = True,
+    keep: int = 1,
+    rough: bool = False,
 ) -> Trial:
-    """Fit ``hypothesis`` from each of ``starts`` (p,), and cross-validate it unless ``cross`` is False."""
-    theta, covariance = _fit(context, hypothesis, starts, context.free_runs, FULL_STEPS, keep)
+    """Fit ``hypothesis`` from each of ``starts`` (p,), and cross-validate it unless ``cross`` is False.
+
+    ``rough``: a first look, with loads of the nominal motion, no interval.
+    """
+    theta, covariance = _fit(
+        context, hypothesis, starts, context.free_runs, FULL_STEPS, keep, covariance=not rough, rough=rough
+    )
     specs = hypothesis.specs(theta)
-    fitted, readings = squares(context, specs)
+    fitted, readings = squares(context, specs, rough=rough)
     if not cross or not context.folds or theta.size == 0:
-        return Trial(hypothesis, theta, covariance, fitted, fitted, readings)
+        everywhere = (theta,) * len(context.data.runs)
+        return Trial(hypothesis, theta, covariance, fitted, fitted, readings, everywhere)
+    run_theta = [theta] * len(context.data.runs)
     held = fitted.copy()
     readings = list(readings)
     runs = context.block_run
@@ -85,6 +103,8 @@ def run_trial(
         fold_theta, _ = _fit(context, hypothesis, [theta], fold.fit, FOLD_STEPS, 1, covariance=False)
         fold_specs = hypothesis.specs(fold_theta)
         score = list(fold.score)
+        for index in score:
+            run_theta[index] = fold_theta
         if any(s.effect.stage != "body" for s in fold_specs):
             for index, predicted in zip(score, context.simulator.predict(fold_specs, score), strict=True):
                 readings[index] = predicted.reading_rad
@@ -99,7 +119,7 @@ def run_trial(
         square = np.concatenate([angles, ground])
         mine = np.isin(runs, score)
         held[mine] = square[mine]
-    return Trial(hypothesis, theta, covariance, fitted, held, readings)
+    return Trial(hypothesis, theta, covariance, fitted, held, readings, tuple(run_theta))
 
 
 def _fit(
@@ -110,6 +130,7 @@ def _fit(
     steps: int,
     keep: int,
     covariance: bool = True,
+    rough: bool = False,
 ) -> tuple[Floats, Floats]:
     """Parameters (p,) and their covariance, fitted to some runs."""
     count = len(hypothesis.parameters)
@@ -129,9 +150,11 @@ def _fit(
             full[mine] = part
             return hypothesis.specs(full)
 
-        problem = (_ground_problem if side else _angle_problem)(
-            context, hypothesis, whole, runs, lower[mine], upper[mine], log[mine]
-        )
+        box = (lower[mine], upper[mine], log[mine])
+        if side:
+            problem = _ground_problem(context, whole, runs, *box)
+        else:
+            problem = _angle_problem(context, hypothesis, whole, runs, *box, rough=rough)
         if problem is None:
             continue
         begin = [np.asarray(start, dtype=np.float64)[mine][None] for start in starts]
@@ -154,6 +177,8 @@ def _angle_problem(
     lower: Floats,
     upper: Floats,
     log: NDArray[np.bool_],
+    *,
+    rough: bool,
 ) -> Problem | None:
     assert callable(whole)
     joints = [j - 1 for j in hypothesis.joints(context.data.joints)]
@@ -163,7 +188,7 @@ def _angle_problem(
         return None
 
     def residual(theta: Floats) -> Floats:
-        predicted = context.simulator.predict(whole(theta[0]), runs)
+        predicted = context.simulator.predict(whole(theta[0]), runs, rough=rough)
         reading = np.concatenate([p.reading_rad[:, columns] for p in predicted])
         return np.where(use, measured - reading, 0.0)
 
@@ -181,7 +206,6 @@ def angle_columns(context: Context, columns: Ints, runs: Sequence[int]) -> tuple
 
 def _ground_problem(
     context: Context,
-    hypothesis: Hypothesis,
     whole: object,
     runs: Sequence[int],
     lower: Floats,
@@ -219,9 +243,9 @@ def each_joint(context: Context, base: Trial, effect_terms: Sequence[Term], star
 
     def residual(theta: Floats) -> Floats:
         specs = [*base.specs, *(term.spec(row) for term, row in zip(effect_terms, theta, strict=True))]
-        predicted = context.simulator.predict(specs, runs)
+        predicted = context.simulator.predict(specs, runs, rough=True)
         reading = np.concatenate([p.reading_rad for p in predicted])
         return np.where(use, measured - reading, 0.0)
 
     problem = Problem(residual, columns, block, context.scale.square, lower, upper, log)
-    return multi_start(problem, starts, 2, 10, covariance=False)
+    return multi_start(problem, starts, 1, 10, covariance=False)

@@ -1,0 +1,23 @@
+"""Diagnosis of the gap between robot and simulation: where, which effect, how far it shrinks. See docs/diagnosis.md.
+
+Names load on first use.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from snakebot.diagnosis.engine import diagnose
+    from snakebot.diagnosis.result import Diagnosis, json_schema
+
+_HOME = {"Diagnosis": "result", "diagnose": "engine", "json_schema": "result"}
+
+__all__ = ["Diagnosis", "diagnose", "json_schema"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -1,0 +1,473 @@
+"""``diagnose``: from a session to a verdict. The other files of this room are its steps, in the order called here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snakebot.diagnosis.chance import random_delay
+from snakebot.diagnosis.closure import angle_closure, forward_speeds, scored_runs, speed_closure
+from snakebot.diagnosis.context import Context, make_context
+from snakebot.diagnosis.data import Data, prepare
+from snakebot.diagnosis.experiment import Proposal, propose
+from snakebot.diagnosis.groups import indistinguishable
+from snakebot.diagnosis.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.localise import Gap, gap_of, named_joints, shares
+from snakebot.diagnosis.noise import Noise, noisy_encoders
+from snakebot.diagnosis.probability import Evidence, probability, shared
+from snakebot.diagnosis.regime import regimes, sentence
+from snakebot.diagnosis.result import (
+    Cause,
+    Closure,
+    ClosureStep,
+    Details,
+    Diagnosis,
+    Estimate,
+    RankingEntry,
+    Regime,
+    StageShares,
+    Unexplained,
+    Where,
+)
+from snakebot.diagnosis.sanity import check_data, check_session
+from snakebot.diagnosis.search import Found, lead, search, touched
+from snakebot.diagnosis.traces import traces
+from snakebot.diagnosis.trial import Trial, run_trial
+from snakebot.diagnosis.uncertainty import interval, standard_errors
+from snakebot.diagnosis.verdict import Rest, decide, rest_of
+from snakebot.effects.registry import effects, find_effect
+from snakebot.effects.spec import EffectSpec
+from snakebot.errors import BadInputError
+from snakebot.runlog import Session
+
+Floats = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+
+LOOKS_LIKE_DELAY = frozenset({"command_delay", "servo_lag", "second_order", "command_loss"})
+RANKED = 12
+
+
+def _quiet(text: str, share: float) -> None:
+    """No progress is shown."""
+
+
+def diagnose(
+    session: Session,
+    *,
+    exclude: Sequence[str] = (),
+    only: Sequence[str] = (),
+    known: Mapping[str, float] | None = None,
+    seed: int = 0,
+    quick: bool = False,
+    progress: Progress = _quiet,
+) -> Diagnosis:
+    """Find out where robot and simulation part, which effect causes it, and how far the gap shrinks with it.
+
+    Args:
+        session: runs of one robot with the nominal robot description.
+        exclude, only: effects that may not, or alone may, be named.
+        known: parameters that the user has measured, ``{"limit_rad_s": 1.6}`` or ``{"rate_limit.limit_rad_s": 1.6}``;
+            they are not fitted.
+        seed: of the bootstrap and of drawn noise. The same session and seed give the same answer.
+        quick: at most two effects, no proposal, intervals from scatter alone.
+        progress: called with what is being done and the share that is done.
+
+    Raises:
+        BadInputError: the session cannot be diagnosed, or an option names no effect or parameter.
+    """
+    started = perf_counter()
+    known = dict(known or {})
+    _check_options(exclude, only, known)
+    progress("reading the session", 0.0)
+    warnings = [*session.warnings, *check_session(session)]
+    data = prepare(session)
+    warnings += check_data(data)
+    context = make_context(data, known, seed)
+    if not context.angle_blocks.count:
+        raise BadInputError("no sample of any run has both a command and a reading: nothing to compare")
+    timing = {"prepare": perf_counter() - started}
+    mark = perf_counter()
+    found = search(context, only=only, exclude=exclude, quick=quick, progress=lambda t, s: progress(t, 0.05 + 0.7 * s))
+    found = _by_chance(context, found, only, exclude)
+    timing["search"] = perf_counter() - mark
+    mark = perf_counter()
+    progress("what is left over", 0.78)
+    result = _conclude(context, found, warnings, only, exclude, quick, progress)
+    timing["conclude"] = perf_counter() - mark
+    timing["total"] = perf_counter() - started
+    progress("done", 1.0)
+    assert result.details is not None
+    return result.model_copy(update={"details": result.details.model_copy(update={"timing_s": timing})})
+
+
+def _check_options(exclude: Sequence[str], only: Sequence[str], known: Mapping[str, float]) -> None:
+    for name in (*exclude, *only):
+        find_effect(name)
+    if only and not set(only) - set(exclude):
+        raise BadInputError("--only and --exclude leave no effect to try")
+    for key in known:
+        owner, dot, name = key.rpartition(".")
+        owners = [find_effect(owner)] if dot else list(effects().values())
+        if not any(p.name == name for effect in owners for p in effect.parameters):
+            raise BadInputError(f"--known {key}: no effect has a parameter of that name")
+        for effect in owners:
+            for parameter in effect.parameters:
+                if parameter.name == name and dot and not parameter.contains(known[key]):
+                    raise BadInputError(f"--known {key}={known[key]:g}: out of bounds ({parameter.bounds_text})")
+
+
+def _by_chance(context: Context, found: Found, only: Sequence[str], exclude: Sequence[str]) -> Found:
+    """Lost set-points in the place of a delay, where what is left over shows them."""
+    name = "command_loss"
+    allowed = name not in exclude and (not only or name in only)
+    if not allowed or len(found.best.hypothesis.terms) > 1 or not set(found.best.hypothesis.names) <= LOOKS_LIKE_DELAY:
+        return found
+    if not gap_of(context, found.nominal).any or not random_delay(context, found.best).evident:
+        return found
+    loss = next((t for t in found.singles if t.hypothesis.names == (name,)), None)
+    if loss is None:
+        loss = run_trial(context, Hypothesis((Term(name, None),)), [np.array([p]) for p in (0.1, 0.3, 0.6)])
+    rivals = tuple(t for t in found.singles if t.hypothesis.names != (name,))
+    return Found(found.nominal, loss, (loss, *rivals), (rivals,), (found.nominal, loss))
+
+
+def _conclude(
+    context: Context,
+    found: Found,
+    warnings: list[str],
+    only: Sequence[str],
+    exclude: Sequence[str],
+    quick: bool,
+    progress: Progress,
+) -> Diagnosis:
+    nominal, best = found.nominal, found.best
+    gap = gap_of(context, nominal)
+    noise = noisy_encoders(context) if _may_be("encoder_noise", only, exclude) else None
+    rest = rest_of(context, nominal, best)
+    if not gap.any:
+        best = nominal
+        rest = rest_of(context, nominal, nominal)
+    verdict = decide(gap, best, rest, noise is not None)
+    progress("parameters and their uncertainty", 0.82)
+    errors = standard_errors(context, best, tolerances=not quick)
+    causes, open_rivals, ranking = _causes(context, found, best, rest, errors)
+    if noise is not None:
+        causes.append(_noise_cause(context, noise))
+    progress("closure on held-out runs", 0.9)
+    speeds = forward_speeds(context, best)
+    steps = _steps(context, found, best)
+    closure = Closure(
+        held_out_runs=tuple(context.data.runs[i].name for i in scored_runs(context)),
+        joint_angle=angle_closure(context, nominal, best),
+        forward_speed=speed_closure(context, speeds),
+        steps=tuple(
+            ClosureStep(
+                effect=after.hypothesis.terms[-1].effect,
+                joints=_joints_of(context, after.hypothesis.terms[-1]),
+                joint_angle_closed=angle_closure(context, nominal, after).closed,
+                forward_speed_closed=(found_speed := speed_closure(context, forward_speeds(context, after)))
+                and found_speed.closed,
+            )
+            for _, after in steps
+        ),
+    )
+    stage_shares = shares(context, nominal, steps)
+    table = _regimes(context, gap, best)
+    proposal = Proposal(None, None)
+    if not quick and open_rivals:
+        progress("the next experiment", 0.94)
+        proposal = propose(context, open_rivals, causes[0].probability if causes else 0.0)
+    if proposal.channel is not None:
+        warnings.append(proposal.channel)
+    if not context.floor.known:
+        warnings.append("no run is repeated: the noise floor is that of the encoders alone; repeat one motion")
+    return Diagnosis(
+        verdict=verdict,
+        where=_where(context, gap, stage_shares, causes, verdict, table),
+        causes=tuple(causes),
+        ranking=ranking,
+        closure=closure,
+        unexplained=Unexplained(
+            share=round(rest.share, 4) if gap.any else 0.0,
+            where=_rest_sentence(context, rest, table),
+            significant=rest.significant,
+        ),
+        next_experiment=proposal.experiment,
+        warnings=tuple(dict.fromkeys(warnings)),
+        details=Details(
+            floor_rad=tuple(float(f) for f in context.floor.rad),
+            gap_rms_rad=_joint_rms(context, nominal),
+            rest_rms_rad=_joint_rms(context, best),
+            regimes=table,
+            traces=traces(context, nominal, best),
+            known=dict(context.known),
+            seed=context.seed,
+        ),
+    )
+
+
+def _may_be(name: str, only: Sequence[str], exclude: Sequence[str]) -> bool:
+    return name not in exclude and (not only or name in only)
+
+
+def _joints_of(context: Context, term: Term) -> tuple[int, ...]:
+    """1-based joints that a term acts on; none for the body."""
+    if term.stage == "body":
+        return ()
+    return term.joints if term.joints is not None else tuple(range(1, context.data.joints + 1))
+
+
+def _steps(context: Context, found: Found, best: Trial) -> list[tuple[Trial, Trial]]:
+    """The explanation as it grew, effect by effect, ending in ``best``."""
+    if not best.hypothesis.terms:
+        return []
+    trials = [found.nominal]
+    for count in range(1, len(best.hypothesis.terms)):
+        part = Hypothesis(best.hypothesis.terms[:count])
+        known = next((t for t in (*found.path, *found.singles) if t.hypothesis == part), None)
+        start = np.concatenate(best.hypothesis.split(best.theta)[:count])
+        trials.append(known or run_trial(context, part, [start]))
+    trials.append(best)
+    return list(zip(trials[:-1], trials[1:], strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class _Weighed:
+    """One term of the best explanation with what speaks for it."""
+
+    cause: Cause
+    group: list[Trial]
+    closes: float
+
+
+def _causes(
+    context: Context, found: Found, best: Trial, rest: Rest, errors: Floats
+) -> tuple[list[Cause], list[Trial], tuple[RankingEntry, ...]]:
+    """Causes in the order of what they close, the rivals still open (best first), and the ranking."""
+    weighed: list[_Weighed] = []
+    at = 0
+    for index, term in enumerate(best.hypothesis.terms):
+        count = len(term.open)
+        rivals = found.rivals[index] if index < len(found.rivals) else ()
+        group = indistinguishable(context, best, rivals)
+        weighed.append(_weigh(context, found, best, index, group, rivals, errors[at : at + count]))
+        at += count
+    order = sorted(range(len(weighed)), key=lambda i: -weighed[i].closes)
+    open_rivals = [best, *weighed[order[0]].group] if weighed and weighed[order[0]].group else []
+    for i in order[1:]:
+        if not open_rivals and weighed[i].group:
+            open_rivals = [best, *weighed[i].group]
+    ranking = _ranking(context, found, best, [weighed[i] for i in order])
+    return [weighed[i].cause for i in order], open_rivals[:4], ranking
+
+
+def _weigh(
+    context: Context,
+    found: Found,
+    best: Trial,
+    index: int,
+    group: list[Trial],
+    rivals: Sequence[Trial],
+    errors: Floats,
+) -> _Weighed:
+    term = best.hypothesis.terms[index]
+    theta = best.hypothesis.split(best.theta)[index]
+    alone = Hypothesis((term,))
+    single = next((t for t in found.singles if t.hypothesis == alone), None) or run_trial(context, alone, [theta])
+    if len(best.hypothesis.terms) > 1:
+        kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index])
+        without = run_trial(context, best.hypothesis.without(index), [kept])
+    else:
+        without = found.nominal
+    rows = touched(context, best, without)
+    if not rows.any():
+        rows = context.selects
+    outside = [r for r in rivals if r not in group]
+    ahead = min((lead(context, best, r).mean for r in outside), default=lead(context, best, without).mean)
+    allowed = context.allowed_square[rows]
+    before, after = without.held_square[rows], best.held_square[rows]
+    over = np.maximum(before - allowed, 0).sum() if term.stage != "body" else (np.maximum(before / allowed - 1, 0)).sum()
+    left = np.maximum(after - allowed, 0).sum() if term.stage != "body" else (np.maximum(after / allowed - 1, 0)).sum()
+    evidence = Evidence(
+        lead=ahead,
+        rest=float(np.mean(after) / np.mean(allowed)) if term.stage != "body" else float(np.mean(after / allowed)),
+        closed=float(1 - left / over) if over > 0 else 0.0,
+        rivals=len(group),
+        motions=len(context.data.motions),
+    )
+    closes = lead(context, best, without).mean
+    others = tuple(
+        name
+        for name in dict.fromkeys(t.hypothesis.terms[-1].effect if t.hypothesis.terms else "" for t in group)
+        if name and name != term.effect
+    )
+    fixed = dict(term.fixed)
+    spec = term.spec([float(v) for v in theta])
+    parameters: dict[str, Estimate] = {}
+    for parameter, value, error in zip(term.open, theta, errors, strict=True):
+        ends = interval(parameter, float(value), float(error))
+        parameters[parameter.name] = Estimate(
+            estimate=float(value),
+            ci95=ends,
+            unit=parameter.unit,
+            reason=None if ends is not None else "the data do not constrain it",
+        )
+    for name, value in spec.values.items():
+        if name not in parameters and not isinstance(value, tuple):
+            if find_effect(term.effect).name == "ground_friction" and value == 1.0 and name in fixed and name not in context.known:
+                continue
+            unit = find_effect(term.effect).parameter(name).unit
+            parameters[name] = Estimate(estimate=float(value), ci95=None, unit=unit, fixed=True)
+    cause = Cause(
+        effect=term.effect,
+        joints=_joints_of(context, term),
+        stage=term.stage,
+        probability=round(probability(evidence), 3),
+        parameters=parameters,
+        indistinguishable_from=others,
+        closure_alone=_closure_alone(context, found.nominal, single, term),
+        specification=str(spec),
+        evidence={
+            "lead": round(evidence.lead, 5),
+            "rest": round(evidence.rest, 4),
+            "closed": round(evidence.closed, 4),
+            "rivals": evidence.rivals,
+            "motions": evidence.motions,
+        },
+    )
+    return _Weighed(cause, group, closes)
+
+
+def _closure_alone(context: Context, nominal: Trial, single: Trial, term: Term) -> float | None:
+    if term.stage == "body":
+        closed = speed_closure(context, forward_speeds(context, single))
+        return None if closed is None else closed.closed
+    return angle_closure(context, nominal, single).closed
+
+
+def _noise_cause(context: Context, noise: Noise) -> Cause:
+    spec = EffectSpec(
+        "encoder_noise",
+        {"std_deg": noise.std_deg},
+        None if len(noise.joints) == context.data.joints else noise.joints,
+    )
+    return Cause(
+        effect="encoder_noise",
+        joints=noise.joints,
+        stage="sensor",
+        probability=0.9,
+        parameters={"std_deg": Estimate(estimate=noise.std_deg, ci95=noise.ci95, unit="deg")},
+        closure_alone=None,
+        specification=str(spec),
+    )
+
+
+def _ranking(
+    context: Context, found: Found, best: Trial, weighed: Sequence[_Weighed]
+) -> tuple[RankingEntry, ...]:
+    """Explanations tried, best first. Probabilities: of the best, that all its causes are right, shared in its group."""
+    top = float(np.prod([w.cause.probability for w in weighed])) if weighed else 0.0
+    group = [best, *(t for w in weighed for t in w.group)]
+    parts = shared(top, [t.score(context) for t in group]) if weighed else []
+    entries: dict[Hypothesis, RankingEntry] = {}
+    listed = [best, *(t for w in weighed for t in w.group), *found.singles, *(t for r in found.rivals for t in r), found.nominal]
+    for trial in listed:
+        if trial.hypothesis in entries:
+            continue
+        behind = context.gain(best.held_square, trial.held_square)
+        own = next((p for t, p in zip(group, parts, strict=False) if t is trial), None)
+        entries[trial.hypothesis] = RankingEntry(
+            effects=trial.hypothesis.names,
+            joints=trial.hypothesis.joints(context.data.joints),
+            held_out_score=round(trial.score(context), 5),
+            delta=round(behind.mean, 5),
+            delta_se=round(behind.se, 5) if np.isfinite(behind.se) else 0.0,
+            probability=round(own, 3) if own is not None else 0.0,
+        )
+    rest = max(0.0, 1 - sum(e.probability for e in entries.values()))
+    others = [h for h, e in entries.items() if e.probability == 0.0]
+    if others and weighed:
+        small = shared(0.5 * rest, [entries[h].held_out_score for h in others])
+        for h, p in zip(others, small, strict=True):
+            entries[h] = entries[h].model_copy(update={"probability": round(p, 3)})
+    return tuple(sorted(entries.values(), key=lambda e: -e.held_out_score))[:RANKED]
+
+
+def _joint_rms(context: Context, trial: Trial) -> tuple[float, ...]:
+    blocks = context.angle_blocks
+    out = []
+    for joint in range(context.data.joints):
+        rows = blocks.joint == joint
+        size = blocks.samples[rows]
+        square = trial.held_square[: blocks.count][rows]
+        out.append(float(np.sqrt((square * size).sum() / size.sum())) if rows.any() else 0.0)
+    return tuple(out)
+
+
+def _regimes(context: Context, gap: Gap, best: Trial) -> tuple[Regime, ...]:
+    joints = [j for j in range(context.data.joints) if gap.significant[j]]
+    if not joints:
+        return ()
+    loads = [context.simulator.load(i) for i in range(len(context.data.runs))]
+    known = [load for load in loads if load is not None]
+    return regimes(
+        context.data,
+        joints,
+        context.nominal,
+        context.residuals(context.nominal),
+        context.residuals(best.readings),
+        known if len(known) == len(loads) else None,
+    )
+
+
+def _where(
+    context: Context,
+    gap: Gap,
+    stage_shares: StageShares,
+    causes: Sequence[Cause],
+    verdict: str,
+    table: Sequence[Regime],
+) -> Where:
+    stage = stage_shares.largest()
+    if verdict == "explained" and causes:
+        stage = causes[0].stage
+    if verdict == "no_gap":
+        stage = "none"
+    angle_causes = [c for c in causes if c.stage != "body"]
+    if verdict == "explained" and angle_causes:
+        joints = tuple(sorted({j for c in angle_causes for j in c.joints}))
+    else:
+        joints = named_joints(gap)
+    if stage == "body" and not angle_causes:
+        joints = ()
+    share = gap.joint_shares if gap.significant.any() else np.zeros(context.data.joints)
+    if not gap.any:
+        regime = "no gap beyond noise and the tolerance of the nominal numbers"
+    elif table:
+        regime = sentence(table)
+    else:
+        regime = "joint angles are as predicted; the motion over ground is not"
+    return Where(
+        stage=stage,
+        stage_shares=stage_shares,
+        joints=joints,
+        joint_shares=tuple(round(float(s), 4) for s in share),
+        regime=regime,
+    )
+
+
+def _rest_sentence(context: Context, rest: Rest, table: Sequence[Regime]) -> str:
+    if not rest.significant:
+        return "nothing beyond noise and the tolerance of the nominal numbers is left"
+    parts = []
+    joints = named_joints(rest.gap)
+    if joints:
+        which = "joint" if len(joints) == 1 else "joints"
+        parts.append(f"{which} {', '.join(map(str, joints))}: {sentence(table, rest=True)}")
+    if rest.gap.ground_significant:
+        parts.append("over ground, with the measured joint angles fed in")
+    return "; ".join(parts) or sentence(table, rest=True)

@@ -1,0 +1,84 @@
+"""Which effects this data cannot tell apart: the winner is simulated at its fit, and the rivals are fitted to that.
+
+If a rival then comes as close as the noise allows, no search over this data could have preferred one to the other on good
+grounds, whichever happened to win. Nothing is wired in: the ties of one session are not those of another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from snakebot.diagnosis.context import Context
+from snakebot.diagnosis.data import Data
+from snakebot.diagnosis.hypothesis import bounds
+from snakebot.diagnosis.search import CLEAR_SE, lead, touched
+from snakebot.diagnosis.simulate import Simulator
+from snakebot.diagnosis.trial import Trial, run_trial
+
+ALIKE = 0.02  # a lead in score under this (4 % of the mean square) is no ground to prefer
+TOO_FAR = 0.5  # a rival that trails this much on the data itself is not refitted to the simulated ones
+
+
+def indistinguishable(context: Context, best: Trial, rivals: Sequence[Trial]) -> list[Trial]:
+    """Those of ``rivals`` that this data cannot tell from ``best``."""
+    near = [r for r in rivals if _trails(context, best, r) < TOO_FAR and not degenerate(best, r)]
+    if not near:
+        return []
+    ideal = _as_if(context, best)
+    told = run_trial(ideal, best.hypothesis, [best.theta], cross=False)
+    out = []
+    for rival in near:
+        refit = run_trial(ideal, rival.hypothesis, [rival.theta], cross=False)
+        rows = touched(ideal, told, refit)
+        apart = 0.0
+        if rows.any():
+            apart = ideal.gain(told.fitted_square, refit.fitted_square, rows).mean
+        seen = lead(context, best, rival)
+        if apart < ALIKE or seen.z < CLEAR_SE or seen.mean < ALIKE:
+            out.append(rival)
+    return out
+
+
+def degenerate(best: Trial, rival: Trial) -> bool:
+    """Whether a rival with more parameters has shrunk to the simpler ``best``: one of them stands at its bound."""
+    if rival.theta.size <= best.theta.size:
+        return False
+    lower, upper, log = bounds(rival.hypothesis.parameters)
+    near = 0.01 * np.where(log, rival.theta, upper - lower)
+    at_bound = (rival.theta - lower < 0.1 * near) | (log & (upper - rival.theta < near))
+    return bool(at_bound.any())
+
+
+def _trails(context: Context, best: Trial, rival: Trial) -> float:
+    return lead(context, best, rival).mean
+
+
+def _as_if(context: Context, best: Trial) -> Context:
+    """The context in which ``best`` is the truth: its readings and a draw of the noise, on the same samples.
+
+    What the best explanation leaves over is noise as well: two effects that differ by less than the rest are not told apart.
+    """
+    rng = np.random.default_rng(context.seed)
+    predicted = context.simulator.predict(best.specs)
+    blocks = context.angle_blocks
+    left = np.sqrt(
+        [
+            float(np.median(best.held_square[: blocks.count][blocks.joint == joint])) if np.any(blocks.joint == joint) else 0.0
+            for joint in range(context.data.joints)
+        ]
+    )
+    runs = []
+    for run, made in zip(context.data.runs, predicted, strict=True):
+        noise = rng.normal(size=run.measured_rad.shape) * left
+        measured = np.where(np.isfinite(run.measured_rad), made.reading_rad + noise, np.nan)
+        runs.append(replace(run, measured_rad=measured))
+    data = Data(context.data.robot, tuple(runs), 0)
+    ground = context.ground
+    if ground is not None:
+        features = context.ground_features(best.specs)
+        spread = np.sqrt(np.minimum(ground.floor_square, context.ground_allowed_square))
+        ground = replace(ground, value=np.where(np.isfinite(features), features, ground.value) + rng.normal(size=spread.size) * spread)
+    return replace(context, data=data, simulator=Simulator(data), ground=ground, _ground_cache={})

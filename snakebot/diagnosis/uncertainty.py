@@ -1,0 +1,75 @@
+"""Intervals of parameters: from the scatter of the data, and from the nominal numbers that are only known within a tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snakebot.diagnosis.context import Context
+from snakebot.diagnosis.data import Data
+from snakebot.diagnosis.ground import FRICTION_TOLERANCE, MASS_TOLERANCE
+from snakebot.diagnosis.score import LAG_TOLERANCE
+from snakebot.diagnosis.simulate import Simulator
+from snakebot.diagnosis.trial import Trial, run_trial
+from snakebot.effects.parameter import Parameter
+from snakebot.robot import Robot
+
+Floats = NDArray[np.float64]
+
+SIGMAS = 1.96
+TOLERANCE_SIGMAS = 2.0  # a tolerance is taken for two standard deviations
+
+
+def standard_errors(context: Context, trial: Trial, *, tolerances: bool = True) -> Floats:
+    """(p,) standard errors of the parameters; inf where the data say nothing."""
+    square = np.diag(trial.covariance).copy() if trial.theta.size else np.zeros(0)
+    square = np.where(np.isnan(square), np.inf, square)
+    if not tolerances or not trial.theta.size:
+        return np.sqrt(square)
+    body = any(term.stage == "body" for term in trial.hypothesis.terms)
+    for robot in _off(context.data.robot, body):
+        shifted = replace(
+            context,
+            data=replace(context.data, robot=robot),
+            simulator=Simulator(Data(robot, context.data.runs, 0)),
+            _ground_cache={},
+        )
+        moved = run_trial(shifted, trial.hypothesis, [trial.theta], cross=False).theta - trial.theta
+        square = square + np.square(moved)
+    return np.sqrt(square)
+
+
+def _off(robot: Robot, body_too: bool) -> list[Robot]:
+    """Robots with one nominal number off by one standard deviation of its tolerance."""
+    servo = robot.servo
+    slower = servo.model_copy(
+        update={"time_constant_s": servo.time_constant_s * (1 + LAG_TOLERANCE / TOLERANCE_SIGMAS)}
+    )
+    out = [robot.model_copy(update={"servo": slower})]
+    if body_too and robot.body is not None:
+        body, friction = robot.body, robot.body.friction
+        up = 1 + FRICTION_TOLERANCE / TOLERANCE_SIGMAS
+        for names in (("ct", "ct0"), ("cn", "cn0")):
+            changed = friction.model_copy(update={n: _times(getattr(friction, n), up) for n in names})
+            out.append(robot.model_copy(update={"body": body.model_copy(update={"friction": changed})}))
+        heavier = _times(body.link_mass_kg, 1 + MASS_TOLERANCE / TOLERANCE_SIGMAS)
+        out.append(robot.model_copy(update={"body": body.model_copy(update={"link_mass_kg": heavier})}))
+    return out
+
+
+def _times(value: float | tuple[float, ...], factor: float) -> float | tuple[float, ...]:
+    return tuple(v * factor for v in value) if isinstance(value, tuple) else value * factor
+
+
+def interval(parameter: Parameter, value: float, error: float) -> tuple[float, float] | None:
+    """95 % interval within the bounds, on the parameter's own scale; None where the data say nothing."""
+    if not np.isfinite(error):
+        return None
+    if parameter.scale == "log" and value > 0:
+        factor = float(np.exp(min(SIGMAS * error / value, 50.0)))
+        low, high = value / factor, value * factor
+    else:
+        low, high = value - SIGMAS * error, value + SIGMAS * error
+    return max(low, parameter.lower), min(high, parameter.upper)

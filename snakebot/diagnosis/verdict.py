@@ -1,0 +1,92 @@
+"""From what the search found to a verdict: explained, no gap, or unexplained; what is left, and where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snakebot.diagnosis.context import Context
+from snakebot.diagnosis.localise import Gap, gap_of
+from snakebot.diagnosis.reference import residual_prediction
+from snakebot.diagnosis.trial import Trial
+
+Floats = NDArray[np.float64]
+
+MUCH_LEFT = 0.25  # share of the gap that no explanation may leave over
+SOME_LEFT = 0.08  # ... nor this much, if a model that names nothing predicts it
+PREDICTABLE = 0.4  # share of the rest that such a model must predict on held-out gaits
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """What an explanation leaves over.
+
+    Attributes:
+        share: of the gap above what is allowed, in mean squares.
+        gap: joint by joint and over ground.
+        predictable: share of it that the flexible reference predicts on held-out gaits.
+    """
+
+    share: float
+    gap: Gap
+    predictable: float
+
+    @property
+    def significant(self) -> bool:
+        return self.gap.any
+
+
+def rest_of(context: Context, nominal: Trial, best: Trial) -> Rest:
+    """Measure the rest of ``best`` against the gap of ``nominal``."""
+    gap = gap_of(context, best)
+    share = _share(context, nominal, best)
+    predictable = 0.0
+    if gap.significant.any():
+        residual = context.residuals(best.readings)
+        loads = [context.simulator.load(i) for i in range(len(context.data.runs))]
+        known = [load for load in loads if load is not None]
+        guess = residual_prediction(
+            context.data, context.nominal, residual, known if len(known) == len(loads) else None, context.folds
+        )
+        blocks = context.angle_blocks
+        left = blocks.mean_square([r - np.where(run.use, g, 0.0) for r, g, run in zip(residual, guess, context.data.runs, strict=True)])
+        whole = best.held_square[: blocks.count]
+        over = np.maximum(whole - context.scale.floor_square, 0.0)
+        if over.sum() > 0:
+            predictable = float(np.clip((whole - left).sum() / over.sum(), -1.0, 1.0))
+    return Rest(share, gap, predictable)
+
+
+def _share(context: Context, nominal: Trial, best: Trial) -> float:
+    """Share of the gap left over, the worse of angles and ground where either has a gap."""
+    before, after = gap_of(context, nominal), None
+    count = context.angle_blocks.count
+    allowed = context.allowed_square
+    shares = []
+    for part, there in ((slice(0, count), before.significant.any()), (slice(count, None), before.ground_significant)):
+        use = context.selects[part]
+        if not there or not use.any():
+            continue
+        # the ground's features have units of their own: count them by what each is allowed
+        unit = allowed[part][use] if part.start else np.ones(int(use.sum()))
+        over = np.maximum(nominal.held_square[part][use] - allowed[part][use], 0.0) / unit
+        after = np.maximum(best.held_square[part][use] - allowed[part][use], 0.0) / unit
+        if over.sum() > 0:
+            shares.append(float(after.sum() / over.sum()))
+    return max(shares) if shares else 0.0
+
+
+def decide(nominal: Gap, best: Trial, rest: Rest, noise_only: bool) -> Literal["explained", "no_gap", "unexplained"]:
+    """The verdict."""
+    if not nominal.any:
+        return "explained" if noise_only else "no_gap"
+    if not best.hypothesis.terms:
+        return "unexplained"
+    if not rest.significant:
+        return "explained"
+    if rest.share > MUCH_LEFT or (rest.share > SOME_LEFT and rest.predictable > PREDICTABLE):
+        return "unexplained"
+    return "explained"

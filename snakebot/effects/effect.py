@@ -68,6 +68,7 @@ class Effect:
 
     Attributes:
         name: as in ``--effect``, reports and file names.
+        example: after ``--effect``, clearly visible on the six-link robot.
         stage: where in the signal it sits.
         summary: one sentence: what is different from the nominal robot.
         mark: what it leaves in the data, so that a user can recognise it.
@@ -77,6 +78,7 @@ class Effect:
     """
 
     name: ClassVar[str]
+    example: ClassVar[str]
     stage: ClassVar[Stage]
     summary: ClassVar[str]
     mark: ClassVar[str]

@@ -80,7 +80,8 @@ class Prediction:
         applied_rad: (T, joints) set-point in force from that sample on.
         joint_angle_rad: (T, joints).
         encoder_rad: (T, joints) mean reading, noiseless.
-        variance_rad2: (T, joints) of the reading about it, as far as chance has a part (noise, counts, lost set-points).
+        variance_rad2: (T, joints) of the reading about it, as far as chance has a part: noise, counts, lost set-points
+            (of these an upper bound).
         load_nm: (T, joints) torque that each servo felt; zeros where the angles are known without simulating it.
         powered: (T, joints), see ``Servos``.
         motion: over ground; None on a bench or where not asked for.
@@ -183,7 +184,7 @@ def predict_stages(
         load_felt, powered = np.zeros_like(angle), np.isfinite(setpoint_at(track, t))
     reading, variance = stages.sensor(t, angle, quantise=quantise)
     if track.variance_rad2 is not None:
-        variance = variance + setpoint_at(Track(track.time_s, track.variance_rad2), t)
+        variance = variance + setpoint_variance_rad2(stages, track, t)
     motion = None
     if body and stages.model is not None:
         motion = body_stage(stages, t, angle, pose=pose) if base is None else _motion(t, base)
@@ -194,6 +195,31 @@ def setpoint_at(track: Track, t_s: Vector) -> Vector:
     """(T, joints) set-points in force from each time on; before the first one: the first one."""
     rows = np.searchsorted(track.time_s, t_s + 1e-9, side="right") - 1
     found: Vector = track.setpoint_rad[np.maximum(rows, 0)]
+    return found
+
+
+def setpoint_variance_rad2(stages: Stages, track: Track, t_s: Vector) -> Vector:
+    """Upper bound (T, joints) on the variance of joint angles when chance decides on the set-points (``track``).
+
+    The standard deviation behind a linear filter is at most the filtered standard deviation (Minkowski); what is
+    nonlinear in the servos is left out.
+    """
+    from snakebot.physics.servo_chain import DrivenChain
+
+    if track.variance_rad2 is None:
+        return np.zeros((t_s.size, track.setpoint_rad.shape[1]))
+    rows = layout.nominal_parameters(stages.robot.joints, 0.0)
+    for column in (
+        layout.SOURCE,
+        layout.GAIN,
+        layout.TIME_CONSTANT_S,
+        layout.NATURAL_FREQ_RAD_S,
+        layout.DAMPING_RATIO,
+    ):
+        rows[:, column] = stages.servo_rows[:, column]
+    deviation = np.sqrt(np.nan_to_num(track.variance_rad2))
+    servos = DrivenChain(rows, np.zeros(stages.robot.joints), t_s=float(t_s[0]), grid_s=GRID_S)
+    found: Vector = servos.run(t_s, track.time_s, deviation).angle ** 2
     return found
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 class Backlash(Effect):
     name = "backlash"
+    example = "backlash:width_deg=6,joints=4"
     stage = "servo"
     summary = "The output follows the motor only after the play is taken up."
     mark = (

@@ -35,6 +35,7 @@ class Drift:
 
 class ClockDrift(Effect):
     name = "clock_drift"
+    example = "clock_drift:ppm=2000"
     stage = "link"
     summary = "The board plays set-points by a clock of its own that is slower than the host's."
     mark = (

@@ -32,6 +32,7 @@ class Delay:
 
 class CommandDelay(Effect):
     name = "command_delay"
+    example = "command_delay:delay_s=0.0337"
     stage = "link"
     summary = "Every set-point comes into force a fixed time after it was sent."
     mark = (

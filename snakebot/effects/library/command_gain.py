@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 class CommandGain(Effect):
     name = "command_gain"
+    example = "command_gain:gain=0.8,joints=2"
     stage = "servo"
     summary = "The joint really moves gain times its set-point."
     mark = (

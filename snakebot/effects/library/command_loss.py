@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -29,20 +28,28 @@ class Loss:
         return None if rng.random() < self.probability else (t_s, setpoint_rad)
 
     def batch(self, track: Track) -> Track:
-        p = self.probability
-        mean = track.setpoint_rad.copy()
-        square = mean**2 if track.variance_rad2 is None else mean**2 + track.variance_rad2
-        for before, now in itertools.pairwise(range(len(mean))):
-            known = np.isfinite(mean[before]) & np.isfinite(
-                mean[now]
-            )  # switched off and on again: no mixture
-            mean[now] += np.where(known, p * (mean[before] - mean[now]), 0.0)
-            square[now] += np.where(known, p * (square[before] - square[now]), 0.0)
+        square = track.setpoint_rad**2
+        if track.variance_rad2 is not None:
+            square += track.variance_rad2
+        mean, square = self._held(track.setpoint_rad), self._held(square)
         return Track(track.time_s, mean, np.maximum(square - mean**2, 0.0))
+
+    def _held(self, table: Vector) -> Vector:
+        """Mean of what is held: each row with 1 - p, what was held before with p; a servo that is off holds nothing."""
+        from scipy.signal import lfilter
+
+        p = self.probability
+        out = table.copy()
+        for column in out.T:
+            edges = np.flatnonzero(np.diff(np.isnan(column))) + 1
+            for part in np.split(column, edges):
+                part[:] = lfilter([1.0 - p], [1.0, -p], part, zi=p * part[:1])[0]
+        return out
 
 
 class CommandLoss(Effect):
     name = "command_loss"
+    example = "command_loss:probability=0.1"
     stage = "link"
     summary = "Some set-points are lost at random; the one before stays in force."
     mark = (

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 class Compliance(Effect):
     name = "compliance"
+    example = "compliance:stiffness_nm_rad=5"
     stage = "servo"
     summary = "Shaft, horn and frame bend: the joint sags from where the motor is by load over stiffness."
     mark = (

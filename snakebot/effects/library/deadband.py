@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 class Deadband(Effect):
     name = "deadband"
+    example = "deadband:width_deg=3"
     stage = "servo"
     summary = (
         "The servo does not move while its error is smaller than a half width, and stops that far short."

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 class EncoderGain(Effect):
     name = "encoder_gain"
+    example = "encoder_gain:gain=1.1,joints=5"
     stage = "sensor"
     summary = "The reading is gain times the joint angle; the joint itself is right."
     mark = "As a gain on the command, but speed and path stay those of the full motion."

@@ -41,6 +41,7 @@ class Noise:
 
 class EncoderNoise(Effect):
     name = "encoder_noise"
+    example = "encoder_noise:std_deg=0.3"
     stage = "sensor"
     summary = "Readings scatter, and counts may get lost for good."
     mark = (

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 class EncoderOffset(Effect):
     name = "encoder_offset"
+    example = "encoder_offset:offset_deg=3,joints=1"
     stage = "sensor"
     summary = "The reading is off by an angle; the joint itself is right."
     mark = "A constant difference between measured and commanded angle while the robot runs straight."

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 class GroundFriction(Effect):
     name = "ground_friction"
+    example = "ground_friction:cn_scale=0.5"
     stage = "body"
     summary = "The friction coefficients of the ground differ from the nominal ones by factors."
     mark = "Joint angles are right, speed and path are not."

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 class JointFree(Effect):
     name = "joint_free"
+    example = "joint_free:joints=3"
     stage = "servo"
     summary = "The joint has no torque and swings freely."
     mark = (

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 class JointFriction(Effect):
     name = "joint_friction"
+    example = "joint_friction:coulomb_nm=0.3,stiffness_nm_rad=6"
     stage = "servo"
     summary = "Dry friction in the joint works against a position loop of finite stiffness, which also sags under load."
     mark = (

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 class JointRigid(Effect):
     name = "joint_rigid"
+    example = "joint_rigid:angle_deg=20,joints=2"
     stage = "servo"
     summary = "The joint is stuck at one angle."
     mark = "The measured angle is constant whatever the set-point."

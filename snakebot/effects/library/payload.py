@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 class Payload(Effect):
     name = "payload"
+    example = "payload:link=1,mass_kg=1"
     stage = "body"
     summary = "One link carries extra mass."
     mark = (

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 class RateLimit(Effect):
     name = "rate_limit"
+    example = "rate_limit:limit_rad_s=1.6,joints=3+4"
     stage = "servo"
     summary = "The joint's speed is limited."
     mark = (

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 class ServoLag(Effect):
     name = "servo_lag"
+    example = "servo_lag:time_constant_s=0.1"
     stage = "servo"
     summary = "The servo is a first-order lag with another time constant than the nominal one."
     mark = "Phase lag and loss of amplitude that grow with frequency together: tan(lag) = omega tau."

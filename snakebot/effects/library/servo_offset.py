@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 class ServoOffset(Effect):
     name = "servo_offset"
+    example = "servo_offset:offset_deg=5,joints=1"
     stage = "servo"
     summary = "The joint really stands at an angle from where it is told: horn or trim."
     mark = "Measured minus commanded angle has the same mean at all speeds, and the robot curves."

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 class Slope(Effect):
     name = "slope"
+    example = "slope:angle_deg=2"
     stage = "body"
     summary = "The ground rises along +x by an angle."
     mark = "Faster one way than the other: drive the same gait in both directions."

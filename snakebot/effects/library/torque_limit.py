@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 class TorqueLimit(Effect):
     name = "torque_limit"
+    example = "torque_limit:limit_nm=0.3"
     stage = "servo"
     summary = "The servo's torque is limited: under more load than that the joint falls behind."
     mark = (

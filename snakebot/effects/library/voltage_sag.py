@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 class VoltageSag(Effect):
     name = "voltage_sag"
+    example = "voltage_sag:initial_rad_s=2,drop_per_s=0.04"
     stage = "servo"
     summary = "The servo's speed limit falls as the run goes on, or as load rises."
     mark = (

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 class WheelDrag(Effect):
     name = "wheel_drag"
+    example = "wheel_drag:link=2,extra_n=2"
     stage = "body"
     summary = "One link's wheels have extra rolling friction."
     mark = "Slower, and a heading that drifts to one side unless the link is in the middle."

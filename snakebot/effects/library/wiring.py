@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 class Wiring(Effect):
     name = "wiring"
+    example = "wiring:permutation=3+2,signs=1+-1,joints=2+3"
     stage = "servo"
     summary = "Servos are plugged in the wrong order or turn the wrong way."
     mark = "A joint follows the set-point of another, or its own with the sign reversed, exactly."

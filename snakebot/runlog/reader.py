@@ -6,6 +6,8 @@ by the arrays and not by the objects they are made from.
 
 from __future__ import annotations
 
+import contextlib
+import gc
 import os
 import warnings
 from collections.abc import Iterator
@@ -61,12 +63,25 @@ def read_log(path: str | os.PathLike[str]) -> RunLog:
         TELEMETRY.topic: telemetry,
     }
     try:
-        _fill(container, tables)
+        with _collector_paused():
+            _fill(container, tables)
         rows = {topic: table.rows for topic, table in tables.items()}
         return _assemble(container, joints, poses, link, telemetry, rows)
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         why = f"{type(error).__name__}: {error}"
         raise LogError(f"{path}: a message does not fit its schema ({why})") from None
+
+
+@contextlib.contextmanager
+def _collector_paused() -> Iterator[None]:
+    """Hundreds of thousands of decoded numbers live for a moment: the collector would search them in vain."""
+    running = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if running:
+            gc.enable()
 
 
 def _fill(container: Container, tables: dict[str, Table]) -> None:

@@ -11,10 +11,11 @@ from urllib.parse import urlsplit
 from firmware_protocol.framing import StreamDecoder, pack_all
 from snakebot.errors import BadInputError, NoBoardError
 from snakebot.links.port import SerialPort
-from snakebot.links.stream import FdStream, Stream, ThreadStream, connect_tcp
+from snakebot.links.stream import STUCK_S, FdStream, Stream, ThreadStream, connect_tcp
 from snakebot.links.stream_link import StreamLink
 
 _CONNECT_S = 3.0  # for TCP
+_READ_S = 0.1  # of pyserial's own reads, where a thread does them
 
 
 def _serial_link(port: str, stream: Stream, low_latency: bool | None = None) -> StreamLink:
@@ -60,7 +61,12 @@ def _open_pyserial(name: str, port: SerialPort) -> Any:
 
     try:
         device = serial.serial_for_url(
-            port.device, baudrate=port.baud, rtscts=port.rtscts, timeout=0, do_not_open=True
+            port.device,
+            baudrate=port.baud,
+            rtscts=port.rtscts,
+            timeout=_READ_S,
+            write_timeout=None if port.is_url else STUCK_S,  # rfc2217:// has none
+            do_not_open=True,
         )
         if port.dtr is not None:
             device.dtr = port.dtr

@@ -88,7 +88,8 @@ class FdStream:
 class ThreadStream:
     """A pyserial port without a descriptor (rfc2217://, loop://, Windows), read by a thread.
 
-    Its own reads would do, but they time out late, and changing their timeout talks to the far end.
+    Its own reads would do, but changing their timeout talks to the far end. The port's timeout must be short: closing
+    waits for it.
     """
 
     def __init__(self, port: Any) -> None:
@@ -96,8 +97,6 @@ class ThreadStream:
         self._arrived: queue.SimpleQueue[bytes | OSError] = queue.SimpleQueue()
         self._error: OSError | None = None
         self._open = True
-        port.timeout = 0.1
-        port.write_timeout = STUCK_S
         self._thread = threading.Thread(target=self._pump, name=f"read {port.port}", daemon=True)
         self._thread.start()
 

@@ -21,15 +21,15 @@ class SlcanEnd(PtyEnd):
     def __init__(self) -> None:
         super().__init__()
         self.port = f"can:slcan/{self.path}?bitrate={BITRATE}"
-        self._adapter = SlcanAdapter()
+        self.adapter = SlcanAdapter()
 
     def _pack(self, frames: Sequence[Frame]) -> bytes:
-        return self._adapter.pack(frames)
+        return self.adapter.pack(frames)
 
     def _unpack(self, data: bytes) -> list[Frame]:
-        frames = self._adapter.feed(data)
-        self.statistics.corrupt = self._adapter.corrupt
-        answer = self._adapter.answer()
+        frames = self.adapter.feed(data)
+        self.statistics.corrupt = self.adapter.corrupt
+        answer = self.adapter.answer()
         if answer:
             self._write(answer)
         return frames

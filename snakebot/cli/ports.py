@@ -16,7 +16,13 @@ SIM = "sim:"
 
 
 def open_port(
-    port: str, clock: Clock, robot: Robot, effects: Sequence[str] = (), seed: int = 0, *, virtual: bool = False
+    port: str,
+    clock: Clock,
+    robot: Robot,
+    effects: Sequence[str] = (),
+    seed: int = 0,
+    *,
+    virtual: bool = False,
 ) -> Link:
     """A link to the board that ``port`` names; ``sim:`` is one in this process, made for ``robot``.
 

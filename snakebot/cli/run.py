@@ -46,18 +46,28 @@ While it runs: Ctrl-C ramps down, holds and relaxes; a second Ctrl-C holds and r
 @click.option("--alpha", type=float, help="Amplitude of the joint angles, deg.")
 @click.option("--beta", type=float, help="Phase from joint to joint, deg.")
 @click.option("--omega", type=float, help="Frequency of the wave, rad/s.")
-@click.option("--offset", type=float, default=None, help="Constant bend of all joints: steers the robot, deg.")
+@click.option(
+    "--offset", type=float, default=None, help="Constant bend of all joints: steers the robot, deg."
+)
 @click.option("--gait", "gait_source", help="A gait by name or YAML file; the options above override it.")
 @click.option("--duration", type=float, help="Length of the run with its ramps, s.")
-@click.option("--cycles", type=float, help=f"Full cycles between the ramps [{DEFAULT_CYCLES} if no --duration].")
+@click.option(
+    "--cycles", type=float, help=f"Full cycles between the ramps [{DEFAULT_CYCLES} if no --duration]."
+)
 @click.option("--rate", type=float, default=100.0, show_default=True, help="Ticks a second, Hz.")
 @click.option("--ramp", type=float, default=2.0, show_default=True, help="Smooth start and end, each, s.")
 @click.option("--robot", "robot_source", default="penn_state", show_default=True, help="Robot description.")
 @click.option("--port", default=SIM, show_default=True, help="Where the board is; see `snakebot board list`.")
-@click.option("--log", "log_path", type=click.Path(path_type=Path), help="The run's log [runs/<time>_<gait>.mcap].")
+@click.option(
+    "--log", "log_path", type=click.Path(path_type=Path), help="The run's log [runs/<time>_<gait>.mcap]."
+)
 @click.option("--frames", is_flag=True, help="Also log every frame of the wire.")
-@click.option("--fault", "faults", multiple=True, help="Joint fault, e.g. free:3, rigid:4+5, rigid:4@12s, clear@20s.")
-@click.option("--effect", "effects", multiple=True, help="Unmodelled effect on the simulated board: NAME:param=value.")
+@click.option(
+    "--fault", "faults", multiple=True, help="Joint fault, e.g. free:3, rigid:4+5, rigid:4@12s, clear@20s."
+)
+@click.option(
+    "--effect", "effects", multiple=True, help="Unmodelled effect on the simulated board: NAME:param=value."
+)
 @click.option("--speed", type=float, help="Forward speed that you measured, m/s; stored with the log.")
 @click.option("--note", help="Anything worth remembering; stored with the log.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the simulated board's randomness.")
@@ -177,7 +187,9 @@ def _dry_run(motion: GaitMotion, robot: Robot, options: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=f"{summary['gait']}: nothing sent", caption="largest value, and what the robot allows")
+    table = Table(
+        title=f"{summary['gait']}: nothing sent", caption="largest value, and what the robot allows"
+    )
     for name in ("joint", "angle deg", "allowed", "speed rad/s", "allowed", "acceleration rad/s2", "allowed"):
         table.add_column(name, justify="right")
     for row in summary["joints"]:  # type: ignore[attr-defined]
@@ -307,7 +319,9 @@ def _signals(loop: RunLoop) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    handlers = {number: lambda *_: loop.request_stop() for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    handlers = {
+        number: lambda *_: loop.request_stop() for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    }
     handlers[STOP_SIGNAL] = lambda *_: loop.request_emergency_stop()
     before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     try:

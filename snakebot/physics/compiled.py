@@ -12,7 +12,6 @@ from pathlib import Path
 from numba import njit
 
 _HERE = Path(__file__).resolve().parent
-_OTHERS = (_HERE.parent / "diagnosis",)  # rooms whose kernels call these
 
 # Sources that are built into others, and whose compiled code they are built into.
 _BUILT_INTO = (
@@ -26,8 +25,7 @@ def drop_stale_caches() -> None:
     for sources, pattern in _BUILT_INTO:
         with contextlib.suppress(OSError):  # read-only install, or another process was first
             newest = max((_HERE / f"{source}.py").stat().st_mtime for source in sources)
-            own = (_HERE / "__pycache__").glob(pattern)
-            for index in (*own, *(i for room in _OTHERS for i in room.glob("__pycache__/*.nbi"))):
+            for index in (_HERE / "__pycache__").glob(pattern):
                 if index.stat().st_mtime < newest:
                     index.unlink()
 

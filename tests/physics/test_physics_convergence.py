@@ -45,7 +45,7 @@ def test_halving_the_default_eps_moves_nothing(omega):
 def test_halving_step_and_eps_with_rigid_joints(faults):
     whole = measures("penn_state", 66, 80, 2.0, **faults)
     assert whole == pytest.approx(
-        measures("penn_state", 66, 80, 2.0, steps_per_cycle=800, **faults), rel=2e-3
+        measures("penn_state", 66, 80, 2.0, steps_per_cycle=1600, **faults), rel=2e-3
     )
     fine = measures("penn_state", 66, 80, 2.0, steps_per_cycle=1600, **faults)
     assert fine == pytest.approx(

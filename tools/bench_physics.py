@@ -1,0 +1,442 @@
+#!/usr/bin/env python3
+"""How fast the physics is, beside MuJoCo and beside scipy, and how near the kernel comes to what a core can do.
+
+One run prints:
+  * what a core can do: multiply-adds in vector registers, from a small kernel that does nothing else;
+  * the grid of 9000 gaits of the paper (alpha 3..90 step 3, beta 6..180 step 6, omega 0.5..5 step 0.5; 8 cycles each);
+  * one robot alone, in simulated seconds per second;
+  * (a) a MuJoCo chain doing the same gaits, with the ground's forces compiled, and (b) the paper's equations in numpy
+    with scipy's solve_ivp, as a user would write them; each with the speed it finds, so that the accuracy shows;
+  * operations per step, counted by running the kernel's own source on numbers that count, and the share of the peak;
+  * the cost of a step for 2 to 32 links.
+
+Every figure of time is of wall time. "cores" is processor time over wall time: what the machine gave to this run; on a
+machine that others use too it says how far the figures can be trusted.
+
+examples:
+  tools/bench_physics.py --quick          a minute; a sample of 900 gaits of the grid
+  tools/bench_physics.py                  the whole grid
+  tools/bench_physics.py --json out.json  the figures for a machine, too
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import platform
+import time
+import types
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+from physics_peers import MujocoChain, PaperChain, gait_reference
+
+from snakebot.physics import (
+    Chain,
+    ChainModel,
+    Drive,
+    elementary,
+    gait_eps_m_s,
+    kernel,
+    replay,
+    simulate_gaits,
+)
+from snakebot.physics.compiled import jit
+from snakebot.physics.gaits import default_steps_per_cycle
+from snakebot.physics.lanes import WIDTH, get_lane, lane_rows
+from snakebot.robot import load_robot
+
+CYCLES = 8
+CHAINS = 12  # independent multiply-adds in flight: more than latency times throughput of any core of today
+
+
+def model_of(robot: str, **changes: Any) -> ChainModel:
+    body = load_robot(robot).body
+    assert body is not None
+    return ChainModel.from_body(body.model_copy(update=changes))
+
+
+def grid() -> np.ndarray[Any, Any]:
+    alpha, beta, omega = np.meshgrid(
+        np.radians(np.arange(3, 91, 3)),
+        np.radians(np.arange(6, 181, 6)),
+        np.arange(0.5, 5.01, 0.5),
+        indexing="ij",
+    )
+    return np.column_stack((alpha.ravel(), beta.ravel(), omega.ravel()))
+
+
+def timed(work: Callable[[], Any]) -> tuple[Any, float, float]:
+    """What it returned, wall time, cores it had."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    result = work()
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    return result, wall, cpu / wall
+
+
+def best_of(times: int, work: Callable[[], Any]) -> tuple[Any, float, float]:
+    return min((timed(work) for _ in range(times)), key=lambda run: run[1])
+
+
+# ---------------------------------------------------------------- what a core can do
+
+
+@jit
+def _multiply_adds(memory: Any, rounds: int) -> float:
+    rows = lane_rows(memory, 1, CHAINS + 2)
+    a, b = rows[0, CHAINS], rows[0, CHAINS + 1]
+    x0, x1, x2, x3, x4, x5 = rows[0, 0], rows[0, 1], rows[0, 2], rows[0, 3], rows[0, 4], rows[0, 5]
+    x6, x7, x8, x9, xa, xb = rows[0, 6], rows[0, 7], rows[0, 8], rows[0, 9], rows[0, 10], rows[0, 11]
+    for _ in range(rounds):
+        x0 = x0 * a + b
+        x1 = x1 * a + b
+        x2 = x2 * a + b
+        x3 = x3 * a + b
+        x4 = x4 * a + b
+        x5 = x5 * a + b
+        x6 = x6 * a + b
+        x7 = x7 * a + b
+        x8 = x8 * a + b
+        x9 = x9 * a + b
+        xa = xa * a + b
+        xb = xb * a + b
+    rows[0, 0] = x0 + x1 + x2 + x3 + x4 + x5 + x6 + x7 + x8 + x9 + xa + xb
+    return get_lane(rows, 0, 0, 0)  # type: ignore[no-any-return]
+
+
+def peak_gflops() -> float:
+    """Of one core, per second of processor time; best of several tries."""
+    memory = np.random.default_rng(0).uniform(0.1, 0.9, (CHAINS + 3) * WIDTH)
+    rounds = 4_000_000
+    _multiply_adds(memory, 1)
+    best = 0.0
+    for _ in range(5):
+        cpu = time.process_time()
+        _multiply_adds(memory, rounds)
+        best = max(best, rounds * CHAINS * WIDTH * 2 / (time.process_time() - cpu) / 1e9)
+    return best
+
+
+# ---------------------------------------------------------------- operations per step
+
+
+class _Counting:
+    """A number that counts what is done to it."""
+
+    done = 0
+
+    def __init__(self, value: float) -> None:
+        self.value = value
+
+    @classmethod
+    def _make(cls, operation: Callable[[float, float], float]) -> tuple[Any, Any]:
+        def number(x: Any) -> float:
+            return x.value if isinstance(x, cls) else float(x)
+
+        def plain(self: _Counting, other: Any) -> _Counting:
+            cls.done += 1
+            return cls(operation(self.value, number(other)))
+
+        def swapped(self: _Counting, other: Any) -> _Counting:
+            cls.done += 1
+            return cls(operation(number(other), self.value))
+
+        return plain, swapped
+
+    def __neg__(self) -> _Counting:
+        return _Counting(-self.value)
+
+
+_Counting.__add__, _Counting.__radd__ = _Counting._make(lambda a, b: a + b)  # type: ignore[attr-defined]
+_Counting.__sub__, _Counting.__rsub__ = _Counting._make(lambda a, b: a - b)  # type: ignore[attr-defined]
+_Counting.__mul__, _Counting.__rmul__ = _Counting._make(lambda a, b: a * b)  # type: ignore[attr-defined]
+_Counting.__truediv__, _Counting.__rtruediv__ = _Counting._make(lambda a, b: a / b)  # type: ignore[attr-defined]
+
+
+def _as_python(module: Any, known: dict[str, Any]) -> dict[str, Any]:
+    """A module's functions uncompiled, calling each other uncompiled."""
+    names = dict(vars(module)) | known
+    for name, value in vars(module).items():
+        if hasattr(value, "py_func") and name not in known:
+            code = value.py_func
+            names[name] = types.FunctionType(code.__code__, names, name, code.__defaults__)
+    return names
+
+
+def operations_per_step(model: ChainModel) -> int:
+    """Additions, multiplications and divisions of one robot's step with all joints prescribed."""
+
+    def pass_through(function: Callable[[float], float]) -> Callable[[Any], Any]:
+        return lambda x: _Counting(function(x.value))
+
+    simple = {
+        "magnitude": pass_through(abs),
+        "at_most": lambda x, limit: _Counting(min(x.value, limit)),
+        "power_of_two": pass_through(lambda shifted: 2.0 ** (shifted - 1.5 * 2.0**52)),
+    }
+    basic = _as_python(elementary, simple)
+    step = _as_python(kernel, {name: basic[name] for name in ("sine_cosine", "sign_over_speed")})["step"]
+    n = model.links
+    number = np.frompyfunc(_Counting, 1, 1)
+    vector = lambda: number(np.random.default_rng(1).uniform(0.1, 0.2, n - 1))  # noqa: E731
+    _Counting.done = 0
+    step(
+        model.packed, 0.0, _Counting(model.eps), _Counting(0.01), np.zeros(n - 1, dtype=int), number(np.zeros(6)),
+        vector(), vector(), vector(), vector(), vector(), vector(), vector(), vector(), vector(),
+        number(np.zeros((kernel.WORK_ROWS, n))), number(np.zeros((kernel.STAGE_ROWS, max(6, n)))),
+        number(np.zeros(n - 1)), number(np.zeros(2)),
+    )  # fmt: skip
+    own_reference = (n - 1) * 45  # sine, cosine and the products of the gait's angle, rate and acceleration
+    return _Counting.done + own_reference
+
+
+# ---------------------------------------------------------------- the rows of the report
+
+
+def bench_grid(robot: str, quick: bool, peak: float) -> dict[str, Any]:
+    model, gaits = model_of(robot), grid()
+    if quick:
+        gaits = gaits[np.random.default_rng(0).permutation(len(gaits))[:904]]
+    simulate_gaits(model, gaits[:WIDTH], cycles=1, averaged_cycles=1)
+    result, wall, cores = timed(lambda: simulate_gaits(model, gaits))
+    steps = default_steps_per_cycle(model)
+    done = len(gaits) * CYCLES * steps
+    operations = operations_per_step(model)
+    gflops_per_core = done * operations / (wall * cores) / 1e9
+    return {
+        "robot": robot,
+        "gaits": len(gaits),
+        "steps_per_cycle": steps,
+        "wall_s": wall,
+        "cores": cores,
+        "gaits_per_s": len(gaits) / wall,
+        "gaits_per_core_s": len(gaits) / wall / cores,
+        "grid_of_9000_s": 9000 * wall / len(gaits),
+        "steps_per_s": done / wall,
+        "operations_per_step": operations,
+        "gflops_per_core": gflops_per_core,
+        "share_of_peak": gflops_per_core / peak,
+        "finite": bool(np.all(np.isfinite(result.speed_m_s) & np.isfinite(result.power_in_w))),
+    }
+
+
+def bench_accuracy(robot: str) -> dict[str, Any]:
+    """Largest change of speed and of power, over the sample of gaits, when step and eps are refined."""
+    model = model_of(robot)
+    gaits = np.array([[math.radians(a), math.radians(b), w] for a, b, w in SAMPLE])
+    steps = default_steps_per_cycle(model)
+    plain = simulate_gaits(model, gaits)
+    fine = simulate_gaits(model, gaits, steps_per_cycle=16 * steps)
+    halves = [
+        simulate_gaits(model.with_eps(gait_eps_m_s(model, g[0], g[2]) / 2), g, steps_per_cycle=16 * steps)
+        for g in gaits
+    ]
+    sharp = np.array([(h.speed_m_s[0], h.power_in_w[0]) for h in halves]).T
+    both = np.array((fine.speed_m_s, fine.power_in_w))
+    return {
+        "robot": robot,
+        "of_step": np.abs(np.array((plain.speed_m_s, plain.power_in_w)) / both - 1).max(axis=1).tolist(),
+        "of_eps_halved": np.abs(both / sharp - 1).max(axis=1).tolist(),
+    }
+
+
+def bench_one_robot(robot: str) -> dict[str, Any]:
+    """Online, called from Python every millisecond; and a replay, in one compiled loop."""
+    model = model_of(robot)
+    chain, drive = Chain(model, 1e-3), Drive.at_rest(model.joints)
+    follow = gait_reference(1.0, 1.4, 2.0, model.joints)
+    drives = [follow(1e-3 * i)[:2] for i in range(1, 5001)]
+
+    def online() -> None:
+        for drive.angle_rad[:], drive.rate_rad_s[:] in drives:
+            chain.step(drive)
+
+    chain.step(drive)
+    _, wall, cores = best_of(3, online)
+    t = np.arange(0, 200, 5e-3)
+    angles = np.array([follow(now)[0] for now in t])
+    replay(model, t[:10], angles[:10])
+    _, replay_wall, replay_cores = best_of(3, lambda: replay(model, t, angles))
+    return {
+        "robot": robot,
+        "online_us_per_step": wall / 5000 * 1e6 * min(1.0, cores),
+        "online_simulated_s_per_s": 5.0 / wall,
+        "online_cores": cores,
+        "replay_simulated_s_per_s": 200 / replay_wall,
+        "replay_cores": replay_cores,
+    }
+
+
+# kp, kd and step of the MuJoCo chain: about the stiffest servo and the longest step that are stable for the sample.
+MUJOCO = {"saito": (2000.0, 100.0, 2e-3), "penn_state": (300.0, 3.0, 5e-4)}
+SAMPLE = [
+    (66, 80, 2.0),
+    (30, 60, 1.0),
+    (45, 90, 4.0),
+    (60, 72, 5.0),
+    (21, 60, 2.0),
+    (39, 78, 3.0),
+    (75, 84, 1.5),
+]
+
+
+def bench_mujoco(robot: str, ours_per_core_s: float) -> dict[str, Any]:
+    model, (kp, kd, dt) = model_of(robot), MUJOCO[robot]
+    steps_done, wall_all, cpu_all, ratios = 0, 0.0, 0.0, []
+    for alpha, beta, omega in SAMPLE:
+        gait = (math.radians(alpha), math.radians(beta), omega)
+        every = math.ceil(2 * math.pi / omega / dt)
+        same_eps = model.with_eps(gait_eps_m_s(model, gait[0], omega))
+        peer = MujocoChain(same_eps, dt_s=2 * math.pi / omega / every, kp=kp, kd=kd)
+        peer.run(gait, every, every)  # compile
+        rows, wall, cores = timed(
+            lambda peer=peer, gait=gait, every=every: peer.run(gait, CYCLES * every, every)
+        )
+        way = np.linalg.norm(np.diff(rows[3:, 1:3], axis=0), axis=1).mean()
+        ratios.append(way * omega / (2 * math.pi) / simulate_gaits(model, gait).speed_m_s[0])
+        steps_done += CYCLES * every
+        wall_all += wall
+        cpu_all += wall * cores
+    return {
+        "robot": robot,
+        "step_s": dt,
+        "gaits": len(SAMPLE),
+        "gaits_per_core_s": len(SAMPLE) / cpu_all,
+        "steps_per_core_s": steps_done / cpu_all,
+        "cores": cpu_all / wall_all,
+        "speed_over_ours": [min(ratios), max(ratios)],
+        "we_are_faster_by": ours_per_core_s / (len(SAMPLE) / cpu_all),
+    }
+
+
+def bench_scipy(robot: str, ours_per_core_s: float, quick: bool) -> dict[str, Any]:
+    model = model_of(robot)
+    alpha, beta, omega = math.radians(66), math.radians(80), 2.0
+    if robot == "saito":
+        alpha, beta = math.radians(22), math.radians(60)
+    model = model.with_eps(gait_eps_m_s(model, alpha, omega))
+    cycles = 4 if quick else CYCLES
+    period = 2 * math.pi / omega
+    peer = PaperChain(model, gait_reference(alpha, beta, omega, model.joints))
+    t = np.linspace(0, cycles * period, cycles + 1)
+    states, wall, cores = timed(lambda: peer.solve(t, np.zeros(6)))
+    way = np.linalg.norm(states[-1, 0:2] - states[-2, 0:2]) / period
+    ours = simulate_gaits(model, [alpha, beta, omega], cycles=cycles, averaged_cycles=1).speed_m_s[0]
+    cpu = wall * min(cores, 1.0) * CYCLES / cycles
+    return {
+        "robot": robot,
+        "method": "LSODA, rtol 1e-6",
+        "cycles_run": cycles,
+        "cpu_s_per_gait": cpu,
+        "speed_over_ours": way / ours,
+        "we_are_faster_by": ours_per_core_s * cpu,
+    }
+
+
+def bench_links(peak: float) -> list[dict[str, Any]]:
+    rows = []
+    for n in (2, 3, 4, 6, 8, 12, 16, 24, 32):
+        model = model_of("penn_state", links=n)
+        gaits = np.column_stack(
+            (np.full(64, 0.6), np.full(64, 2 * math.pi / max(n, 4)), np.linspace(1, 4, 64))
+        )
+        work = lambda model=model, gaits=gaits: simulate_gaits(model, gaits, cycles=2, averaged_cycles=1)  # noqa: E731
+        work()
+        _, wall, cores = best_of(3, work)
+        steps = 64 * 2 * default_steps_per_cycle(model)
+        ns = wall * cores / steps * 1e9
+        operations = operations_per_step(model)
+        rows.append({
+            "links": n, "ns_per_step": ns, "ns_per_step_and_link": ns / n, "operations_per_step": operations,
+            "share_of_peak": operations / ns / peak,
+        })  # fmt: skip
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="a sample of the grid; scipy does 4 of the 8 cycles"
+    )
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there, too")
+    options = parser.parse_args()
+
+    peak = peak_gflops()
+    load = os.getloadavg()[0]
+    print(f"{platform.machine()}, {os.cpu_count()} cores, {numba.get_num_threads()} threads, load {load:.1f}")
+    print(f"one core, multiply-adds in registers: {peak:.1f} Gflop/s\n")
+
+    print("grid of gaits, 8 cycles each")
+    grids = {}
+    for robot in ("saito", "penn_state"):
+        row = grids[robot] = bench_grid(robot, options.quick, peak)
+        print(
+            f"  {robot:11s} {row['gaits']} gaits in {row['wall_s']:.2f} s on {row['cores']:.2f} cores: "
+            f"{row['gaits_per_s']:.0f} gaits/s, {row['steps_per_s'] / 1e6:.2f} M steps/s; 9000 gaits: "
+            f"{row['grid_of_9000_s']:.1f} s (paper: 25 h)"
+        )
+        print(
+            f"  {'':11s} {row['operations_per_step']} operations a step, {row['gflops_per_core']:.1f} Gflop/s a core: "
+            f"{100 * row['share_of_peak']:.0f} % of what a core can do"
+        )
+    accuracy = {robot: bench_accuracy(robot) for robot in grids}
+    print("\naccuracy: largest change over a sample of gaits (speed, power)")
+    for robot, row in accuracy.items():
+        step, eps = row["of_step"], row["of_eps_halved"]
+        print(
+            f"  {robot:11s} a sixteenth of the step: {100 * step[0]:.2f} %, {100 * step[1]:.2f} %; "
+            f"half of eps: {100 * eps[0]:.2f} %, {100 * eps[1]:.2f} %"
+        )
+    alone = bench_one_robot("penn_state")
+    print(
+        f"\none robot (penn_state)\n  online, step by step from Python: {alone['online_us_per_step']:.1f} us a step of "
+        f"1 ms, {alone['online_simulated_s_per_s']:.0f} simulated s per s on {alone['online_cores']:.2f} cores\n"
+        f"  replay at 200 Hz: {alone['replay_simulated_s_per_s']:.0f} simulated s per s on "
+        f"{alone['replay_cores']:.2f} cores"
+    )
+    print("\npeers, per second of one core")
+    peers = {}
+    for robot in ("saito", "penn_state"):
+        ours = grids[robot]["gaits_per_core_s"]
+        mujoco = bench_mujoco(robot, ours)
+        scipy = bench_scipy(robot, ours, options.quick)
+        peers[robot] = {"mujoco": mujoco, "scipy": scipy}
+        low, high = mujoco["speed_over_ours"]
+        print(
+            f"  {robot:11s} snakebot {ours:.0f} gaits/s\n"
+            f"  {'':11s} MuJoCo   {mujoco['gaits_per_core_s']:.1f} gaits/s ({mujoco['steps_per_core_s'] / 1e3:.0f} k "
+            f"steps/s of {1e3 * mujoco['step_s']:.1f} ms; its speeds are {low:.3f} to {high:.3f} of ours): "
+            f"{mujoco['we_are_faster_by']:.0f} times slower\n"
+            f"  {'':11s} scipy    {1 / scipy['cpu_s_per_gait']:.2f} gaits/s ({scipy['method']}; its speed is "
+            f"{scipy['speed_over_ours']:.4f} of ours): {scipy['we_are_faster_by']:.0f} times slower"
+        )
+    print(
+        "\ncost against the number of links (penn_state, one core)\n  links  ns/step  ns/step/link  operations  of peak"
+    )
+    links = bench_links(peak)
+    for row in links:
+        print(
+            f"  {row['links']:5d}  {row['ns_per_step']:7.0f}  {row['ns_per_step_and_link']:12.1f}  "
+            f"{row['operations_per_step']:10d}  {100 * row['share_of_peak']:6.0f} %"
+        )
+    if options.json:
+        figures = {
+            "peak_gflops": peak,
+            "grid": grids,
+            "accuracy": accuracy,
+            "one_robot": alone,
+            "peers": peers,
+            "links": links,
+        }
+        options.json.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

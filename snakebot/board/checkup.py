@@ -1,0 +1,157 @@
+"""What ``snakebot doctor`` asks of a board: who it is, how fast it answers, how its clock runs, how the wire is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from firmware_protocol.catalogue import (
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
+    Counters,
+    Fault,
+    Mode,
+    Ping,
+    Pong,
+    catalogue_hash,
+    decode,
+    encode,
+)
+from firmware_protocol.frame import ProtocolError
+from snakebot import __version__
+from snakebot.board.client import Board
+from snakebot.checkup import Finding, Status, percentile
+from snakebot.clock import Clock
+from snakebot.links.base import Link
+
+PINGS = 300
+_PING_INTERVAL_S = 0.005
+_PING_TIMEOUT_S = 0.2
+_LISTEN_S = 1.3  # counters come once a second
+_GOOD_TRIP_S = 0.003
+_TICK_S = 0.01  # of the default rate, 100 Hz
+_USUAL_DRIFT_PPM = 200.0
+
+
+@dataclass(frozen=True, slots=True)
+class RoundTrips:
+    """Pings that were answered, shortest first, s; and how many were not."""
+
+    trips_s: list[float]
+    lost: int
+
+
+def check_board(link: Link, clock: Clock) -> list[Finding]:
+    """Everything that a board can be asked without moving it.
+
+    Raises:
+        NoBoardError: nobody answers, or the two ends do not speak the same catalogue.
+        LostBoardError: the link went away.
+    """
+    board = Board(link, clock)
+    info = board.connect()
+    kind = "simulated board" if info.simulated else "board"
+    what = f"{kind} {info.serial_number}, {info.joints} joints, {info.counts_per_rev} counts a turn"
+    ours = f"protocol {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}, catalogue {catalogue_hash():08x}, snakebot {__version__}"
+    theirs = f"protocol {info.protocol}, catalogue {info.catalogue_hash:08x}, firmware {info.firmware}"
+    findings = [
+        Finding("board", Status.OK, what),
+        Finding("agreement", Status.OK, f"host: {ours}; board: {theirs}"),
+    ]
+    measured = measure_round_trips(link, clock)
+    findings.append(_trips(measured))
+    counters: list[Counters] = []
+    end_s = clock.now_s() + _LISTEN_S
+    while clock.now_s() < end_s:
+        counters += [item for item in board.poll(0.05) if isinstance(item, Counters)]
+    findings += [_mode(board), _board_clock(board, measured), _wire(link, counters)]
+    return findings
+
+
+def measure_round_trips(link: Link, clock: Clock, count: int = PINGS) -> RoundTrips:
+    """Ping the board every 5 ms. Frames that are no answer are dropped."""
+    trips, lost = [], 0
+    for nonce in range(count):
+        start_s = clock.now_s()
+        link.send([encode(Ping(nonce))])
+        while not _answered(link, nonce, start_s + _PING_TIMEOUT_S - clock.now_s()):
+            if clock.now_s() >= start_s + _PING_TIMEOUT_S:
+                lost += 1
+                break
+        else:
+            trips.append(clock.now_s() - start_s)
+        clock.sleep_until(start_s + _PING_INTERVAL_S)
+    return RoundTrips(sorted(trips), lost)
+
+
+def _answered(link: Link, nonce: int, timeout_s: float) -> bool:
+    for frame in link.receive(max(timeout_s, 0.0)):
+        try:
+            message = decode(frame)
+        except ProtocolError:
+            continue
+        if isinstance(message, Pong) and message.nonce == nonce:
+            return True
+    return False
+
+
+def _trips(measured: RoundTrips) -> Finding:
+    if not measured.trips_s:
+        return Finding(
+            "round trip", Status.FAIL, f"none of {measured.lost} pings was answered", "check the wiring"
+        )
+    median_s, p99_s = percentile(measured.trips_s, 0.5), percentile(measured.trips_s, 0.99)
+    found = f"{1e3 * median_s:.2f} ms (median), {1e3 * p99_s:.2f} ms (p99), {1e3 * measured.trips_s[-1]:.2f} ms (worst)"
+    if measured.lost:
+        found += f"; {measured.lost} of {measured.lost + len(measured.trips_s)} lost"
+        return Finding(
+            "round trip", Status.WARN, found, "frames are lost: check wiring, baud rate and termination"
+        )
+    if p99_s <= _GOOD_TRIP_S:
+        return Finding("round trip", Status.OK, found)
+    advice = "look at the latency timer, USB hubs, and other programs on this computer"
+    if p99_s > _TICK_S:
+        advice += f"; at 100 Hz answers come late: run with --rate {max(1, int(0.8 / p99_s))} or less"
+    return Finding("round trip", Status.WARN, found, advice)
+
+
+def _mode(board: Board) -> Finding:
+    mode = board.mode
+    assert mode is not None
+    name = mode.name.lower()
+    if mode in (Mode.FAULT, Mode.STOPPED):
+        reason = Fault(board.fault).name.lower().replace("_", " ")
+        return Finding(
+            "mode", Status.WARN, f"{name}: {reason}", "the next run clears it; see why it came first"
+        )
+    if board.holder not in (0, board.host):
+        advice = "wait until it is done; `snakebot stop` stops it"
+        return Finding("mode", Status.WARN, f"{name}, held by host {board.holder:08x}", advice)
+    return Finding("mode", Status.OK, name)
+
+
+def _board_clock(board: Board, measured: RoundTrips) -> Finding:
+    estimate = board.board_clock.estimate()
+    if estimate is None or not measured.trips_s:
+        return Finding("board clock", Status.INFO, "no round trip to compare it by")
+    drift_ppm = estimate[1]
+    found = f"{drift_ppm:+.0f} ppm against this computer's"
+    uncertainty_ppm = (
+        1e6 * measured.trips_s[0] / _LISTEN_S
+    )  # a second is short, and a round trip has two legs
+    if abs(drift_ppm) > _USUAL_DRIFT_PPM + uncertainty_ppm:
+        advice = "more than a crystal does: does the firmware count the right clock?"
+        return Finding("board clock", Status.WARN, found, advice)
+    return Finding("board clock", Status.OK, found)
+
+
+def _wire(link: Link, counters: list[Counters]) -> Finding:
+    ours = link.statistics.corrupt
+    found = f"{ours} of {ours + link.statistics.received} packets corrupt here"
+    theirs = 0
+    if counters:
+        theirs = counters[-1].corrupt
+        found += f", {theirs} at the board since its reset"
+    if ours or theirs:
+        advice = "noise: shorten or shield the cable, check the ground; many: is the baud rate right?"
+        return Finding("wire", Status.WARN, found, advice)
+    return Finding("wire", Status.OK, found)

@@ -102,6 +102,7 @@ void bench_new(uint8_t joints, uint32_t seed, uint32_t start_us, float angle_rad
     config.counts_per_rev = counts_per_rev;
     for (uint32_t i = 0u; i < SB_MAX_JOINTS; i++) {
         config.limits[i] = (struct sb_limits){angle_rad, speed_rad_s, acceleration_rad_s2};
+        config.servos[i] = (struct sb_servo){8000000u, 636620, 1u, 16000000u}; /* understands everything */
     }
     simulated_joints_start(&config, straight, time_constant_s);
     simulated_joints_fault(0u, 0u, 0);

@@ -122,13 +122,15 @@ class SlewLimiter:
         slack = WIRE_STEP_RAD / dt
         want = (min(max(target, -angle), angle) - applied) / dt
         want = min(max(want, -speed - slack), speed + slack)
-        room = angle - abs(applied)
-        if room >= 0 and want * applied >= 0:
-            stop = math.sqrt(max(0.0, 2 * acceleration * room - (acceleration * dt) ** 2)) + slack
-            want = min(max(want, -stop), stop)
-        band = acceleration * dt + 2 * slack
+        # Braking by acceleration * dt a tick, from v, takes v^2 / (2 acceleration) + v dt / 2 of the way to the end.
+        room = max(0.0, angle - applied if want > 0 else angle + applied)
+        brake = acceleration * dt
+        stop = max(min(room / dt, brake), math.sqrt(2 * acceleration * room) - brake / 2) + slack
+        want = min(max(want, -stop), stop)
+        band = brake + 2 * slack
         before = self._speed[joint]
         v = min(max(want, before - band), before + band)
+        v = min(max(v, -speed - slack), speed + slack)
         bound = max(angle, abs(applied))
         self.applied_rad[joint] = min(max(applied + v * dt, -bound), bound)
         self._speed[joint] = v

@@ -33,19 +33,20 @@ static void move(struct sb_limiter *limiter, uint32_t joint, float target_rad, f
     const float applied = limiter->applied_rad[joint];
     const float before = limiter->speed_rad_s[joint];
     const float slack = SB_ANGLE_STEP_RAD / dt_s; /* rounding alone must not look like a broken limit */
+    const float fastest = limits->speed_rad_s + slack;
 
     float want = (clamp(target_rad, -angle, angle) - applied) / dt_s;
-    want = clamp(want, -limits->speed_rad_s - slack, limits->speed_rad_s + slack);
+    want = clamp(want, -fastest, fastest);
 
-    const float room = angle - fabsf(applied);
-    if ((room >= 0.0f) && (want * applied >= 0.0f)) {
-        const float braking = limits->acceleration_rad_s2 * dt_s;
-        const float stop = sqrtf(fmaxf(0.0f, 2.0f * limits->acceleration_rad_s2 * room - braking * braking)) + slack;
-        want = clamp(want, -stop, stop);
-    }
+    /* Braking by acceleration * dt a tick, from v, takes v^2 / (2 acceleration) + v dt / 2 of the way to the end. */
+    const float room = fmaxf(0.0f, angle - ((want > 0.0f) ? applied : -applied));
+    const float brake = limits->acceleration_rad_s2 * dt_s;
+    const float braking = sqrtf(2.0f * limits->acceleration_rad_s2 * room) - brake / 2.0f;
+    const float stop = fmaxf(fminf(room / dt_s, brake), braking) + slack;
+    want = clamp(want, -stop, stop);
 
-    const float band = limits->acceleration_rad_s2 * dt_s + 2.0f * slack;
-    const float speed = clamp(want, before - band, before + band);
+    const float band = brake + 2.0f * slack;
+    const float speed = clamp(clamp(want, before - band, before + band), -fastest, fastest);
     const float bound = fmaxf(angle, fabsf(applied));
     limiter->applied_rad[joint] = clamp(applied + speed * dt_s, -bound, bound);
     limiter->speed_rad_s[joint] = speed;

@@ -58,13 +58,15 @@ def align(
     if not wanted.any():
         return None
     shifts, costs = shifts[wanted], costs[wanted]
+
+    def misfit_at(shift_s: float) -> float:
+        return _misfit(a_t_s, a_even, b_even, b_t_s, shift_s)
+
     candidates = []
     for start in _valleys(shifts, costs):
         near = float(shifts[start])
-        found = _least(
-            lambda s: _misfit(a_t_s, a_even, b_even, b_t_s, s), near - 1.5 * step, near + 1.5 * step
-        )
-        candidates.append((_misfit(a_t_s, a_even, b_even, b_t_s, found), found))
+        found = _least(misfit_at, max(near - 1.5 * step, low), min(near + 1.5 * step, high))
+        candidates.append((misfit_at(found), found))
     least = min(misfit for misfit, _ in candidates)
     misfit, shift = min((c for c in candidates if c[0] <= least + EQUALLY_GOOD), key=lambda c: abs(c[1]))
     overlap = min(a_t_s[-1], b_t_s[-1] - shift) - max(a_t_s[0], b_t_s[0] - shift)

@@ -77,7 +77,7 @@ def error_traces(run: RunAnalysis, points: int) -> LineChart:
     )
 
 
-def set_point_portraits(run: RunAnalysis) -> list[XYChart]:
+def set_point_portraits(run: RunAnalysis, points: int) -> list[XYChart]:
     """Measured against set-point: the diagonal is a perfect servo, an open loop a lag."""
     part = portrait_window(run)
     return [
@@ -95,12 +95,13 @@ def set_point_portraits(run: RunAnalysis) -> list[XYChart]:
             Axis("measured", "deg", 2),
             equal=True,
             diagonal=True,
+            points=points,
         )
         for j in range(run.run.joints)
     ]
 
 
-def phase_portraits(run: RunAnalysis) -> list[XYChart]:
+def phase_portraits(run: RunAnalysis, points: int) -> list[XYChart]:
     """Rate against angle: a sine is an ellipse, a rate limit flattens it."""
     charts = []
     for j in range(run.run.joints):
@@ -117,12 +118,13 @@ def phase_portraits(run: RunAnalysis) -> list[XYChart]:
                 curves,
                 Axis("angle", "deg", 2),
                 Axis("rate", "rad/s", 3),
+                points=points,
             )
         )
     return charts
 
 
-def hysteresis_portraits(run: RunAnalysis) -> list[XYChart]:
+def hysteresis_portraits(run: RunAnalysis, points: int) -> list[XYChart]:
     """Error against the command's velocity: a lag is a line through the origin, play a step at its middle."""
     part, base = portrait_window(run), _rate_base(run)
     charts = []
@@ -136,6 +138,7 @@ def hysteresis_portraits(run: RunAnalysis) -> list[XYChart]:
                 [curve],
                 Axis("command's rate", "rad/s", 3),
                 Axis("error", "deg", 3),
+                points=points,
             )
         )
     return charts

@@ -38,6 +38,7 @@ def analysis_page(runs: Sequence[RunAnalysis], tables: PaperTables, footer: str 
 
 
 def _add_run(section: Section, run: RunAnalysis, points: int) -> None:
+    fine = min(max(points // 4, 60), 600)  # a portrait is a cycle or three, not the whole run
     section.add(_facts(run))
     for warning in run.warnings:
         section.add(Note(warning, "warning"))
@@ -52,9 +53,9 @@ def _add_run(section: Section, run: RunAnalysis, points: int) -> None:
         section.add(chart)
     section.add(figures.error_traces(run, points))
     if run.omega_rad_s:
-        section.add_grid(*figures.phase_portraits(run))
-        section.add_grid(*figures.set_point_portraits(run))
-        section.add_grid(*figures.hysteresis_portraits(run))
+        section.add_grid(*figures.phase_portraits(run, fine))
+        section.add_grid(*figures.set_point_portraits(run, fine))
+        section.add_grid(*figures.hysteresis_portraits(run, fine))
     if (spectrum := figures.spectra(run)) is not None:
         section.add(spectrum)
     section.add(link_table(run))

@@ -30,9 +30,9 @@ def add_overview(page: Page, runs: Sequence[RunAnalysis], tables: PaperTables) -
 def runs_table(runs: Sequence[RunAnalysis]) -> Table:
     columns = [
         Column("run"),
-        Column("α", "deg", 4, decimals=2),
-        Column("β", "deg", 4, decimals=2),
-        Column("ω", "rad/s", 4),
+        Column("α", "deg", 4, decimals=1),
+        Column("β", "deg", 4, decimals=1),
+        Column("ω", "rad/s", 4, decimals=2),
         Column("steady cycles"),
         Column("TE", "(37)", 3, decimals=4),
         Column("worst RMS error", "deg", 3, decimals=2),
@@ -72,9 +72,9 @@ def runs_table(runs: Sequence[RunAnalysis]) -> Table:
 def speed_table(rows: Sequence[SpeedRow]) -> Table:
     """Layout of Table II, and the sine replay beside it."""
     columns = [
-        Column("ω", "rad/s", 4),
-        Column("α", "deg", 4, decimals=2),
-        Column("β", "deg", 4, decimals=2),
+        Column("ω", "rad/s", 4, decimals=2),
+        Column("α", "deg", 4, decimals=1),
+        Column("β", "deg", 4, decimals=1),
         Column("predicted speed", "m/s", 3, "nominal model, ideal tracking"),
         Column("experimental speed", "m/s", 3),
         Column("error", "% (36)", 3, decimals=1),
@@ -111,10 +111,10 @@ def neighbour_table(table: NeighbourTable) -> Table:
             significant(v, 3) if math.isfinite(v) else NOT_KNOWN
             for v in (row.predicted_m_s, row.measured_m_s)
         ]
-        error = f"{significant(row.error_percent, 3)} %" if math.isfinite(row.error_percent) else NOT_KNOWN
+        error = f"{significant(row.error_percent, 3, 1)} %" if math.isfinite(row.error_percent) else NOT_KNOWN
         return f"{parts[0]} / {parts[1]} m/s, {error}"
 
-    columns = [Column("α \\ β", "deg", 4, decimals=2), *(Column(f"{beta:g}°") for beta in table.betas_deg)]
+    columns = [Column("α \\ β", "deg", 4, decimals=1), *(Column(f"{beta:g}°") for beta in table.betas_deg)]
     rows: list[list[object]] = [
         [alpha, *(cell(entry) for entry in line)]
         for alpha, line in zip(table.alphas_deg, table.cells, strict=True)

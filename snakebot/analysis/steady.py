@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from snakebot.analysis.sine import Array, fit_sine
 
-TOLERANCE = 0.03  # of the joint's amplitude, or of the distance a cycle
+TOLERANCE = 0.01  # of the joint's amplitude, or of the distance a cycle
 MIN_SETTLED_CYCLES = 2
 
 
@@ -89,7 +89,7 @@ def find_steady_state(
                 window_end,
                 int(cycles),
                 True,
-                f"{cycles} whole cycles agree within {100 * TOLERANCE:.0f} %"
+                f"{cycles} whole cycles agree within {100 * TOLERANCE:.0f} % or the run's own scatter"
                 + (f"; {left_out} of {count} cycles left out" if left_out else ""),
             )
     cycles = max(1, count // 2)

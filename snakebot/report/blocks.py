@@ -68,7 +68,7 @@ def significant(value: float, digits: int, decimals: int = 6) -> str:
     if exponent > 6:
         return f"{value:.{digits - 1}e}"
     text = f"{value:.{min(max(digits - 1 - exponent, 0), decimals)}f}"
-    return text.removeprefix("-") if not float(text) else text.replace("-", "−")
+    return text.replace("-", "−") if float(text) else "0"
 
 
 @dataclass(frozen=True)

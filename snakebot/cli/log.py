@@ -28,7 +28,21 @@ Examples:
 """
 
 
-@click.group(name="log", epilog=EPILOG)
+class _Group(click.Group):
+    """``replay`` needs the run loop: it is imported only when it is called for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return sorted([*super().list_commands(ctx), "replay"])
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name != "replay":
+            return super().get_command(ctx, cmd_name)
+        from snakebot.cli.replay import command as replay
+
+        return replay
+
+
+@click.group(name="log", epilog=EPILOG, cls=_Group)
 def command() -> None:
     """List, inspect, export, import, replay and recover run logs."""
 

@@ -9,7 +9,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,7 @@ from snakebot.errors import EXIT_INTERRUPTED, BadInputError, SnakebotError
 if TYPE_CHECKING:
     from snakebot.board import Board
     from snakebot.control import RunLoop, RunResult
-    from snakebot.gait import Gait, GaitMotion
+    from snakebot.gait import Gait, GaitMotion, Motion
     from snakebot.robot import Robot
 
 DEFAULT_CYCLES = 8
@@ -103,7 +103,7 @@ def command(**options: Any) -> None:
     if options["dry_run"]:
         _dry_run(motion, robot, options)
         return
-    result = _run(robot, gait, make_motion, faults, options)
+    result = execute(robot, gait, make_motion, faults, options)
     if result == "interrupted":
         sys.exit(EXIT_INTERRUPTED)
 
@@ -202,14 +202,21 @@ def _dry_run(motion: GaitMotion, robot: Robot, options: dict[str, Any]) -> None:
     )
 
 
-def _run(
+def execute(
     robot: Robot,
-    gait: Gait,
-    make_motion: Callable[[Sequence[float]], GaitMotion],
+    gait: Gait | None,
+    make_motion: Callable[[Sequence[float]], Motion],
     faults: Sequence[Any],
     options: dict[str, Any],
+    *,
+    title: str | None = None,
+    amplitude_rad: float | None = None,
+    about: Mapping[str, Any] | None = None,
 ) -> str:
-    """Open, connect, run, close, report. Returns how the run ended."""
+    """Open, connect, run, close, report. Returns how the run ended.
+
+    ``title`` and ``amplitude_rad`` stand for a motion that is no gait; ``about`` is added to the log's metadata.
+    """
     from snakebot.board import Board
     from snakebot.clock import MonotonicClock, VirtualClock
     from snakebot.control import RunLoop, registry
@@ -224,17 +231,18 @@ def _run(
         board = Board(link, clock)
         info = board.connect()
         board.check_robot(robot)
-        _confirm(port, robot, gait, info.simulated, options)
+        title = f"{gait}" if title is None else title
+        _confirm(port, robot, title, info.simulated, options)
         path = options["log_path"] or new_log_path(gait_label(gait))
         start_ns = time.time_ns()
-        writer = _writer(path, robot, gait, board, options, start_ns)
+        writer = _writer(path, robot, gait, board, options, start_ns, about or {})
         loop = RunLoop(
             board,
             robot,
             make_motion,
             rate_hz=options["rate"],
             clock=clock,
-            amplitude_rad=gait.alpha_rad,
+            amplitude_rad=gait.alpha_rad if gait is not None else amplitude_rad or math.nan,
             settle_s=options["ramp"],
             faults=faults,
             recorder=writer,
@@ -243,7 +251,7 @@ def _run(
         )
         result: RunResult | None = None
         try:
-            with registry.registered(port), _signals(loop), _panel(loop, f"{gait}", robot, options):
+            with registry.registered(port), _signals(loop), _panel(loop, title, robot, options):
                 result = loop.run()
         except SnakebotError as error:
             writer.add_metadata({"ended": f"error: {error}"})
@@ -261,19 +269,25 @@ def _run(
     return result.ended
 
 
-def _confirm(port: str, robot: Robot, gait: Gait, simulated: bool, options: dict[str, Any]) -> None:
+def _confirm(port: str, robot: Robot, title: str, simulated: bool, options: dict[str, Any]) -> None:
     if simulated or options["yes"]:
         return
     if not sys.stdin.isatty():
         raise BadInputError(f"{port} is a real robot, and there is nobody to ask: add --yes if it may move")
     click.confirm(
-        f"{port}: a real robot ({robot.joints} joints) will move now: {gait}. Is everyone clear of it?",
+        f"{port}: a real robot ({robot.joints} joints) will move now: {title}. Is everyone clear of it?",
         abort=True,
     )
 
 
 def _writer(
-    path: Path, robot: Robot, gait: Gait, board: Board, options: dict[str, Any], start_ns: int
+    path: Path,
+    robot: Robot,
+    gait: Gait | None,
+    board: Board,
+    options: dict[str, Any],
+    start_ns: int,
+    about: Mapping[str, Any],
 ) -> Any:
     import platform
     from dataclasses import asdict
@@ -285,7 +299,7 @@ def _writer(
 
     assert board.info is not None
     metadata = {
-        "gait": gait_to_mapping(gait),
+        "gait": gait_to_mapping(gait) if gait is not None else None,
         "ramp_s": options["ramp"],
         "rate_hz": options["rate"],
         "port": options["port"],
@@ -301,6 +315,7 @@ def _writer(
         "snakebot_version": __version__,
         "python_version": platform.python_version(),
         "platform": platform.platform(),
+        **about,
     }
     return RunWriter(
         path,

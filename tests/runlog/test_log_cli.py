@@ -21,6 +21,7 @@ from snakebot.runlog import Run, RunWriter, Tick, gait_to_mapping, open_run, rea
 from snakebot.runlog.column_map import Source, parse_map
 from snakebot.runlog.importing import write_run
 from snakebot.runlog.merging import Track, align_track, with_heading
+from snakebot.runlog.replaying import recorded_setpoints
 
 Capture = pytest.CaptureFixture[str]
 
@@ -42,7 +43,8 @@ def wave_log(path: Path, alpha_deg: float = 40.0, duration_s: float = 20.0) -> P
     """A run with ramps, without a pose."""
     gait = Gait.from_degrees(alpha_deg, 80, 2)
     t_s = np.arange(0, duration_s, 0.01)
-    ramp = np.clip(np.minimum(t_s, duration_s - t_s) / 2, 0, 1)[:, None]
+    s = np.clip(np.minimum(t_s, duration_s - t_s) / 2, 0, 1)[:, None]
+    ramp = s**3 * (10 - 15 * s + 6 * s**2)
     run = Run("w", t_s, gait.angles(t_s, 5) * ramp, gait.angles(t_s - 0.05, 5) * ramp, gait=gait)
     return write_run(path, ROBOT, run, {"robot": "penn_state"}, START_NS)
 
@@ -350,3 +352,64 @@ def test_gait_of_a_tick_log_is_what_was_commanded(tmp_path: Path) -> None:
     with RunWriter(tmp_path / "a", ROBOT, {"gait": gait_to_mapping(gait)}) as writer:
         writer.tick(Tick(0, 0.0, START_NS, np.zeros(5), np.zeros(5)))
     assert open_run(writer.path).gait == gait
+
+
+def _ticks_at(path: Path, t_s: np.ndarray, angles: np.ndarray, about: dict[str, object]) -> Path:
+    with RunWriter(path, ROBOT, about, start_time_ns=START_NS) as writer:
+        for i, t in enumerate(t_s.tolist()):
+            writer.tick(Tick(i, t, START_NS, angles[i], angles[i]))
+    return writer.path
+
+
+def test_recorded_setpoints_are_those_of_the_ticks(tmp_path: Path) -> None:
+    """Ticks that were sent late do not make the replayed motion jerk."""
+    due = np.arange(400) / 100
+    sent = due + np.random.default_rng(0).uniform(0, 0.004, due.size)
+    gait = Gait.from_degrees(40, 80, 2)
+    t_s, angles = recorded_setpoints(
+        read_log(_ticks_at(tmp_path / "a", sent, gait.angles(due, 5), {"rate_hz": 100.0}))
+    )
+    assert t_s[-1] == due[-1]
+    np.testing.assert_allclose(angles, gait.angles(t_s, 5), atol=1e-6)
+    acceleration = np.diff(angles, n=2, axis=0) / np.diff(t_s)[0] ** 2
+    assert np.abs(acceleration[:-1]).max() < 1.05 * gait.alpha_rad * gait.omega_rad_s**2
+
+
+def test_replay_on_the_simulated_board(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    first = wave_log(tmp_path / "first.mcap", duration_s=5)
+    told = json.loads(snakebot(capsys, "log", "replay", first, "--fast", "--log", "second.mcap", "--json"))
+    assert told["ended"] == "finished"
+    second = read_log(tmp_path / "second.mcap")
+    assert second.metadata["replay_of"] == "first"
+    assert second.metadata["simulated"] is True
+    wanted = read_log(first)
+    again = np.interp(
+        wanted.t_s + 2.0, second.t_s, second.setpoint_rad[:, 1]
+    )  # after the ramp to the first posture
+    np.testing.assert_allclose(again, wanted.setpoint_rad[:, 1], atol=2e-3)
+
+
+def test_replay_checks_limits_and_nonsense_before_anything_moves(tmp_path: Path, capsys: Capture) -> None:
+    t_s = np.arange(0, 2, 0.01)
+    wild = np.zeros((200, 5))
+    wild[:, 2] = 3.0 * np.sin(3 * t_s)
+    path = _ticks_at(tmp_path / "wild", t_s, wild, {})
+    said = snakebot(capsys, "log", "replay", path, status=2)
+    assert "joint 3" in said
+    assert "allows" in said
+    off = wild * np.nan
+    assert "servos were off" in snakebot(
+        capsys, "log", "replay", _ticks_at(tmp_path / "off", t_s, off, {}), status=2
+    )
+    one = _ticks_at(tmp_path / "one", t_s[:1], wild, {})
+    assert "nothing to replay" in snakebot(capsys, "log", "replay", one, status=2)
+    assert "no such log" in snakebot(capsys, "log", "replay", tmp_path / "gone.mcap", status=2)
+    robot = tmp_path / "bench.yaml"
+    robot.write_text("joints: 2\n")
+    assert "5 joints recorded" in snakebot(capsys, "log", "replay", path, "--robot", robot, status=2)
+    assert not (tmp_path / "runs").exists()
+    calm = wave_log(tmp_path / "calm.mcap", duration_s=5)
+    assert json.loads(snakebot(capsys, "log", "replay", calm, "--dry-run", "--json"))["joints"] == 5

@@ -1,7 +1,7 @@
 """Frames on a serial line: COBS with a zero delimiter around id, payload and CRC-16/CCITT-FALSE.
 
-A packet is ``id`` (u16, little-endian), 0 to 8 payload bytes and the CRC (u16, little-endian) over both, COBS encoded and
-ended by one zero byte. Noise of any kind costs at most the packets it touches: the next zero resynchronises.
+A packet is ``id`` (u16, little-endian), 0 to 8 payload bytes and the CRC (u16, little-endian) over both, COBS encoded
+and ended by one zero byte. Noise of any kind costs at most the packets it touches: the next zero resynchronises.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ def pack(frame: Frame) -> bytes:
     if not 0 <= frame.id <= MAX_ID or len(frame.data) > MAX_PAYLOAD:
         raise ProtocolError(f"no frame of this protocol: id {frame.id:#x}, {len(frame.data)} bytes")
     body = frame.id.to_bytes(2, "little") + frame.data
-    return cobs.encode(body + crc16(body).to_bytes(2, "little")) + b"\0"
+    packet: bytes = cobs.encode(body + crc16(body).to_bytes(2, "little"))
+    return packet + b"\0"
 
 
 def pack_all(frames: Iterable[Frame]) -> bytes:
@@ -54,9 +55,9 @@ def unpack(packet: bytes) -> Frame:
         raise ProtocolError(f"not COBS: {error}") from None
     if not _MIN_PACKET <= len(body) <= _MAX_PACKET:
         raise ProtocolError(f"{len(body)} bytes are no packet")
-    if crc16(body[:-2]) != int.from_bytes(body[-2:], "little"):
+    if binascii.crc_hqx(body[:-2], 0xFFFF) != body[-2] | body[-1] << 8:
         raise ProtocolError("CRC does not agree")
-    identifier = int.from_bytes(body[:2], "little")
+    identifier = body[0] | body[1] << 8
     if identifier > MAX_ID:
         raise ProtocolError(f"identifier {identifier:#x} has more than 11 bits")
     return Frame(identifier, body[2:-2])
@@ -74,18 +75,22 @@ class StreamDecoder:
         """All frames that ``data`` completes, in order."""
         frames: list[Frame] = []
         *complete, rest = data.split(b"\0")
-        for packet in complete:
-            self._append(packet)
+        if complete and (self._pending or self._overlong):
+            self._append(complete[0])
+            complete[0] = bytes(self._pending)
             if self._overlong:
                 self.corrupt += 1
-            elif self._pending:
-                try:
-                    frames.append(unpack(bytes(self._pending)))
-                except ProtocolError:
-                    self.corrupt += 1
             self._pending.clear()
             self._overlong = False
-        self._append(rest)
+        for packet in complete:
+            if not packet:
+                continue
+            try:
+                frames.append(unpack(packet))
+            except ProtocolError:
+                self.corrupt += 1
+        if rest:
+            self._append(rest)
         return frames
 
     def _append(self, part: bytes) -> None:

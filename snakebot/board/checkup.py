@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from firmware_protocol.catalogue import (
     PROTOCOL_MAJOR,
@@ -18,6 +18,7 @@ from firmware_protocol.catalogue import (
 )
 from firmware_protocol.frame import ProtocolError
 from snakebot import __version__
+from snakebot.board.boardclock import BoardClock
 from snakebot.board.client import Board
 from snakebot.checkup import Finding, Status, percentile
 from snakebot.clock import Clock
@@ -34,9 +35,11 @@ _USUAL_DRIFT_PPM = 200.0
 
 @dataclass(frozen=True, slots=True)
 class RoundTrips:
-    """Pings that were answered, shortest first, s; and how many were not."""
+    """Pings that were answered, in order: how long each took, its middle on the host's clock, the board's clock, s."""
 
     trips_s: list[float]
+    middle_s: list[float]
+    board_s: list[float]
     lost: int
 
 
@@ -63,35 +66,59 @@ def check_board(link: Link, clock: Clock) -> list[Finding]:
     end_s = clock.now_s() + _LISTEN_S
     while clock.now_s() < end_s:
         counters += [item for item in board.poll(0.05) if isinstance(item, Counters)]
-    findings += [_mode(board), _board_clock(board, measured), _wire(link, counters)]
+    findings += [_mode(board), _board_clock(measured), _wire(link, counters)]
     return findings
 
 
 def measure_round_trips(link: Link, clock: Clock, count: int = PINGS) -> RoundTrips:
     """Ping the board every 5 ms. Frames that are no answer are dropped."""
-    trips, lost = [], 0
+    measured = RoundTrips([], [], [], 0)
+    board_clock = BoardClock()
+    lost = 0
     for nonce in range(count):
         start_s = clock.now_s()
         link.send([encode(Ping(nonce))])
-        while not _answered(link, nonce, start_s + _PING_TIMEOUT_S - clock.now_s()):
-            if clock.now_s() >= start_s + _PING_TIMEOUT_S:
-                lost += 1
-                break
+        pong = _answer(link, nonce, start_s + _PING_TIMEOUT_S, clock)
+        if pong is None:
+            lost += 1
         else:
-            trips.append(clock.now_s() - start_s)
+            end_s = clock.now_s()
+            measured.trips_s.append(end_s - start_s)
+            measured.middle_s.append((start_s + end_s) / 2)
+            measured.board_s.append(1e-6 * board_clock.unwrap(pong.board_time_us))
         clock.sleep_until(start_s + _PING_INTERVAL_S)
-    return RoundTrips(sorted(trips), lost)
+    return replace(measured, lost=lost)
 
 
-def _answered(link: Link, nonce: int, timeout_s: float) -> bool:
-    for frame in link.receive(max(timeout_s, 0.0)):
-        try:
-            message = decode(frame)
-        except ProtocolError:
-            continue
-        if isinstance(message, Pong) and message.nonce == nonce:
-            return True
-    return False
+def _answer(link: Link, nonce: int, deadline_s: float, clock: Clock) -> Pong | None:
+    while True:
+        left_s = deadline_s - clock.now_s()
+        for frame in link.receive(max(left_s, 0.0)):
+            try:
+                message = decode(frame)
+            except ProtocolError:
+                continue
+            if isinstance(message, Pong) and message.nonce == nonce:
+                return message
+        if left_s <= 0:
+            return None
+
+
+def drift(measured: RoundTrips) -> tuple[float, float] | None:
+    """By how much the board's clock runs fast, ppm, and how uncertain that is; None with too few round trips.
+
+    From the shortest round trip of the first and of the last third: a stamp belongs to the middle of its trip, give or
+    take half of it.
+    """
+    third = len(measured.trips_s) // 3
+    if third == 0:
+        return None
+    early = min(range(third), key=measured.trips_s.__getitem__)
+    late = min(range(len(measured.trips_s) - third, len(measured.trips_s)), key=measured.trips_s.__getitem__)
+    span_s = measured.middle_s[late] - measured.middle_s[early]
+    board_s = measured.board_s[late] - measured.board_s[early]
+    uncertainty_s = (measured.trips_s[early] + measured.trips_s[late]) / 2
+    return 1e6 * (board_s / span_s - 1), 1e6 * uncertainty_s / span_s
 
 
 def _trips(measured: RoundTrips) -> Finding:
@@ -99,8 +126,11 @@ def _trips(measured: RoundTrips) -> Finding:
         return Finding(
             "round trip", Status.FAIL, f"none of {measured.lost} pings was answered", "check the wiring"
         )
-    median_s, p99_s = percentile(measured.trips_s, 0.5), percentile(measured.trips_s, 0.99)
-    found = f"{1e3 * median_s:.2f} ms (median), {1e3 * p99_s:.2f} ms (p99), {1e3 * measured.trips_s[-1]:.2f} ms (worst)"
+    trips_s = sorted(measured.trips_s)
+    median_s, p99_s = percentile(trips_s, 0.5), percentile(trips_s, 0.99)
+    found = (
+        f"{1e3 * median_s:.2f} ms (median), {1e3 * p99_s:.2f} ms (p99), {1e3 * trips_s[-1]:.2f} ms (worst)"
+    )
     if measured.lost:
         found += f"; {measured.lost} of {measured.lost + len(measured.trips_s)} lost"
         return Finding(
@@ -129,15 +159,12 @@ def _mode(board: Board) -> Finding:
     return Finding("mode", Status.OK, name)
 
 
-def _board_clock(board: Board, measured: RoundTrips) -> Finding:
-    estimate = board.board_clock.estimate()
-    if estimate is None or not measured.trips_s:
-        return Finding("board clock", Status.INFO, "no round trip to compare it by")
-    drift_ppm = estimate[1]
-    found = f"{drift_ppm:+.0f} ppm against this computer's"
-    uncertainty_ppm = (
-        1e6 * measured.trips_s[0] / _LISTEN_S
-    )  # a second is short, and a round trip has two legs
+def _board_clock(measured: RoundTrips) -> Finding:
+    estimate = drift(measured)
+    if estimate is None:
+        return Finding("board clock", Status.INFO, "too few round trips to compare it by")
+    drift_ppm, uncertainty_ppm = estimate
+    found = f"{drift_ppm:+.0f} +- {uncertainty_ppm:.0f} ppm against this computer's"
     if abs(drift_ppm) > _USUAL_DRIFT_PPM + uncertainty_ppm:
         advice = "more than a crystal does: does the firmware count the right clock?"
         return Finding("board clock", Status.WARN, found, advice)

@@ -85,17 +85,20 @@ def _name_of(number: int, table: str) -> str:
 
 
 def who_has(path: Path, proc: Path = Path("/proc")) -> list[tuple[int, str]]:
-    """(process, name) of those that have a device open, as far as this user may see."""
+    """(process, name) of those that have a device open, as far as this user may see.
+
+    Who serves a pseudo-terminal (has its other side open too) is not counted.
+    """
     real = os.path.realpath(path)
     found = []
     for process in proc.glob("[0-9]*"):
         if int(process.name) == os.getpid():
             continue
         try:
-            has = any(os.readlink(fd) == real for fd in (process / "fd").iterdir())
+            files = {os.readlink(fd) for fd in (process / "fd").iterdir()}
         except OSError:  # another user's, or gone
             continue
-        if has:
+        if real in files and not files & {"/dev/ptmx", "/dev/pts/ptmx"}:
             found.append((int(process.name), read_text(process / "comm") or "?"))
     return sorted(found)
 

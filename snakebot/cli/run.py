@@ -179,7 +179,7 @@ def _dry_run(motion: GaitMotion, robot: Robot, options: dict[str, Any]) -> None:
             for joint in range(robot.joints)
         ],
     }
-    for row in summary["joints"]:  # type: ignore[attr-defined]
+    for row in summary["joints"]:
         row["angle_deg"] = row["angle_deg"][0]
     if options["as_json"]:
         click.echo(json.dumps(summary))
@@ -192,7 +192,7 @@ def _dry_run(motion: GaitMotion, robot: Robot, options: dict[str, Any]) -> None:
     )
     for name in ("joint", "angle deg", "allowed", "speed rad/s", "allowed", "acceleration rad/s2", "allowed"):
         table.add_column(name, justify="right")
-    for row in summary["joints"]:  # type: ignore[attr-defined]
+    for row in summary["joints"]:
         table.add_row(*(f"{value:g}" for value in row.values()))
     console = Console()
     console.print(table)

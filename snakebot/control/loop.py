@@ -64,6 +64,7 @@ class _Waiting:
     """A set-point that has no answer yet."""
 
     tick: records.Tick
+    wanted_rad: Sequence[float]
     sent_s: float
     age: int = 0
 
@@ -309,7 +310,7 @@ class RunLoop:
             late=self._late,
         )
         self._lose()
-        self._waiting[sequence] = _Waiting(record, now)
+        self._waiting[sequence] = _Waiting(record, wanted, now)
 
     # -- what comes back ---------------------------------------------------------------------------------------------
 
@@ -360,10 +361,10 @@ class RunLoop:
         tick.board_time_us = reading.board_time_us
         tick.latency_s = reading.received_s - waiting.sent_s
         progress = self.progress
-        progress.setpoint_rad, progress.measured_rad = tick.setpoint_rad, reading.measured_rad
+        progress.setpoint_rad, progress.measured_rad = waiting.wanted_rad, reading.measured_rad
         progress.round_trips_s.append(tick.latency_s)
         if tick.t_s >= self._settle_s:
-            progress.tracking.add(list(tick.setpoint_rad), reading.measured_rad)
+            progress.tracking.add(waiting.wanted_rad, reading.measured_rad)
         for sequence in [s for s in self._waiting if self._waiting[s].sent_s < waiting.sent_s]:
             self._record_lost(sequence)
         if self._recorder is not None:
@@ -445,7 +446,7 @@ class RunLoop:
     def _counters(self) -> dict[str, float]:
         statistics = self.board.link.statistics
         progress = self.progress
-        counters = {
+        counters: dict[str, float] = {
             "sent": statistics.sent,
             "received": statistics.received,
             "corrupt": statistics.corrupt,

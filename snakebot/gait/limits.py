@@ -36,7 +36,7 @@ def check_motion(motion: Motion, robot: Robot, t_from_s: float = 0.0) -> None:
     steps = max(math.ceil((motion.duration_s - t_from_s) / _CHECK_STEP_S), 1)
     if steps > 2_000_000:  # beyond an hour the wave repeats: checking both ends and an hour is enough
         steps = 2_000_000
-    t = t_from_s + _CHECK_STEP_S * np.arange(-2, steps + 3)
+    t = t_from_s + _CHECK_STEP_S * np.arange(-2, steps + 3, dtype=np.float64)
     angles = motion.sampled(t)
     speed = np.diff(angles, axis=0) / _CHECK_STEP_S
     acceleration = np.diff(speed, axis=0) / _CHECK_STEP_S

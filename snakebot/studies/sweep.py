@@ -132,11 +132,13 @@ def _computed(
             yield index, compute(conditions, chunks[index])
         return
     try:
-        from distributed import Client, as_completed
+        import distributed
     except ImportError:
         raise BadInputError("--dask needs the extra: pip install 'snakebot[dask]'") from None
+    connect: Any = distributed.Client
+    done: Any = distributed.as_completed
     try:
-        client = Client(dask, timeout="10s", set_as_default=False)
+        client = connect(dask, timeout="10s", set_as_default=False)
     except OSError as error:
         raise BadInputError(f"--dask {dask}: no scheduler answers there: {error}") from None
     with client:
@@ -144,7 +146,7 @@ def _computed(
             client.submit(compute, conditions, chunks[index], pure=False, retries=3): index
             for index in missing
         }
-        for future, rows in as_completed(futures, with_results=True):
+        for future, rows in done(futures, with_results=True):
             yield futures[future], rows
 
 

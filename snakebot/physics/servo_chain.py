@@ -103,7 +103,7 @@ class Samples:
     """What the loop leaves behind at T times; without a chain ``base`` and ``torque`` stay zero."""
 
     angle: Vector  # (T, joints)
-    base: Vector  # (T, 6)
+    base: Vector  # (T, 6) x, y, heading of the body and their rates, at the time of the angles
     load: Vector  # (T, joints) torque that the servos felt
     torque: Vector  # (T, joints) of the chain, mean since the sample before
     power: Vector  # (T, 2) put in, lost to the ground, mean since the sample before
@@ -158,8 +158,10 @@ class DrivenChain:
 
     @property
     def base(self) -> Vector:
-        """(6,) x, y, heading of the centre of mass and their rates; zeros on a bench."""
-        return self._body.base
+        """(6,) x, y, heading of the centre of mass and their rates, see ``Samples``; zeros on a bench."""
+        base = np.zeros(6)
+        _carry_on(self._body.base, base)
+        return base
 
     def run(
         self,
@@ -257,10 +259,18 @@ def _run(
             out_angle[row, j] = state[j, OUTPUT]
             out_load[row, j] = load[j]
         if has_body:
-            out_base[row] = base
+            _carry_on(base, out_base[row])
             if ticks > 0:
                 out_torque[row] /= ticks
                 out_power[row] /= ticks
+
+
+@jit
+def _carry_on(base: Any, out: Any) -> None:
+    """The chain follows its servos late by the delay of the smoothing: carry its pose on to the time of the angles."""
+    for a in range(3):
+        out[a] = base[a] + 2.0 * SMOOTHING_S * base[a + 3]
+        out[a + 3] = base[a + 3]
 
 
 @jit

@@ -59,8 +59,8 @@ def test_plant_equals_prediction(name, irregular):
     if not touches_load:
         assert np.mean(encoders != found.encoder_rad) < 0.01  # a count at a rounding edge
     assert np.allclose(applied, found.applied_rad, atol=1e-6, equal_nan=True)
-    # The plant's chain follows its servos 20 ms late, and uneven ticks shake it a little: of 1 m.
-    assert np.hypot(*(poses[:, :2] - found.motion.com_m).T).max() < (0.03 if irregular else 0.02)
+    # Of about 1 m. Between readings the plant's joints go on in their own way, the prediction's on a smooth curve.
+    assert np.hypot(*(poses[:, :2] - found.motion.com_m).T).max() < (0.03 if irregular else 0.01)
 
 
 @pytest.mark.parametrize("name", [n for n, e in effects().items() if e.stage in ("servo", "sensor")])
@@ -260,7 +260,7 @@ def test_unpowered_robot_does_not_move():
 
 
 def test_gait_of_the_paper():
-    """(66, 80, 2) on the ideal robot: 0.137 m/s, 0.68 W (reference values of the model), and the lag's tracking error."""
+    """(66, 80, 2): 0.137 m/s and 0.68 W, the reference values of the model, and the tracking error of a lag."""
     t = np.arange(0, 8 * math.pi, 0.01)
     command = (
         np.clip(t / math.pi, 0, 1)[:, None]

@@ -1,0 +1,111 @@
+"""One page of documentation for each effect, made from the effect itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from snakebot.effects.effect import STAGES
+from snakebot.effects.registry import LIBRARY, find_effect
+
+if TYPE_CHECKING:
+    from snakebot.effects.effect import Effect
+    from snakebot.effects.parameter import Parameter
+
+STAGE_TITLES = {
+    "link": "Link: from command to set-point",
+    "servo": "Servo: from set-point to joint angle",
+    "sensor": "Sensor: from joint angle to reading",
+    "body": "Body: from joint angles to motion over ground",
+}
+MADE = "<!-- Made by: python -m snakebot.effects.page docs/effects -->\n"
+
+
+def effect_page(effect: Effect) -> str:
+    """Markdown page of one effect."""
+    lines = [MADE, f"# {effect.name}", "", effect.summary, "", f"Stage: {effect.stage}."]
+    lines[-1] += (
+        " It may hold for all joints or for some." if effect.per_joint else " It holds for the whole robot."
+    )
+    lines += ["", "## Its mark", "", effect.mark, "", "## Parameters", ""]
+    if effect.parameters:
+        lines += [
+            "| name | unit | bounds | default | fitted | prior | meaning |",
+            "|---|---|---|---|---|---|---|",
+        ]
+        lines += [_row(parameter) for parameter in effect.parameters]
+    else:
+        lines += ["None."]
+    lines += [
+        "",
+        "## Try it",
+        "",
+        "```sh",
+        f"snakebot run --alpha 66 --beta 80 --omega 2 --effect {effect.example}",
+        "```",
+    ]
+    if effect.confused_with:
+        lines += ["", "## What leaves nearly the same mark", ""]
+        lines += [f"* [{name}]({name}.md): {text}." for name, text in effect.confused_with]
+    return "\n".join(lines) + "\n"
+
+
+def _row(p: Parameter) -> str:
+    default = "must be given" if p.default is None else f"{p.default:g}"
+    if p.many:
+        default = "none" if p.default == 0 else f"{p.default:g} each"
+    if p.many or p.integer:
+        prior = "each alike"
+    elif p.scale == "log":
+        prior = f"log-normal about {p.typical:g}, factor {2.718281828459045**p.spread:.2g}"
+    else:
+        prior = f"normal about {p.typical:g}, spread {p.spread:g}"
+    unit = p.unit or "1"
+    bounds = f"{p.lower:g} to {p.upper:g}"
+    return (
+        f"| `{p.name}` | {unit} | {bounds} | {default} | {'yes' if p.fitted else 'no'} | {prior} | {p.doc} |"
+    )
+
+
+def index_page() -> str:
+    """Markdown page that lists them all, in the order of the signal."""
+    lines = [
+        MADE,
+        "# Unmodelled effects",
+        "",
+        "What may lie between the nominal simulation and a real robot. The simulated board injects them",
+        "(`--effect NAME:parameter=value,joints=3+4`), a robot description may have them (`effects: [...]`), and",
+        "`snakebot diagnose` fits them. Any set of them works together, in the order of the signal.",
+        "Your own: [add an effect](../add-an-effect.md).",
+    ]
+    for stage in STAGES:
+        lines += ["", f"## {STAGE_TITLES[stage]}", "", "| effect | what is different |", "|---|---|"]
+        for name in LIBRARY:
+            effect = find_effect(name)
+            if effect.stage == stage:
+                lines.append(f"| [{name}]({name}.md) | {effect.summary} |")
+    return "\n".join(lines) + "\n"
+
+
+def pages() -> dict[str, str]:
+    """File name to content, of everything in docs/effects."""
+    return {"README.md": index_page(), **{f"{name}.md": effect_page(find_effect(name)) for name in LIBRARY}}
+
+
+def write_pages(folder: Path) -> list[Path]:
+    """Write all pages and take away those of effects that are no more."""
+    folder.mkdir(parents=True, exist_ok=True)
+    made = pages()
+    for old in folder.glob("*.md"):
+        if old.name not in made and old.read_text(encoding="utf-8").startswith(MADE):
+            old.unlink()
+    for name, text in made.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return [folder / name for name in made]
+
+
+if __name__ == "__main__":
+    import sys
+
+    target = Path(sys.argv[1] if len(sys.argv) > 1 else "docs/effects")
+    print(f"{len(write_pages(target))} pages written to {target}")

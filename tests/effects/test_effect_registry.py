@@ -1,0 +1,181 @@
+"""Names are those of the contract, and other packages can add theirs."""
+
+import importlib.metadata
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from snakebot.effects import Plant, assemble, effects, find_effect, parse_effect, predict
+from snakebot.effects.effect import STAGES
+from snakebot.effects.registry import ENTRY_POINT_GROUP
+from snakebot.robot import robot_from_mapping
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+
+PUBLIC = {
+    "command_delay": ("link", ["delay_s"]),
+    "command_loss": ("link", ["probability"]),
+    "clock_drift": ("link", ["ppm"]),
+    "servo_lag": ("servo", ["time_constant_s"]),
+    "second_order": ("servo", ["natural_freq_rad_s", "damping_ratio"]),
+    "rate_limit": ("servo", ["limit_rad_s"]),
+    "torque_limit": ("servo", ["limit_nm"]),
+    "voltage_sag": ("servo", ["initial_rad_s", "drop_per_s"]),
+    "deadband": ("servo", ["width_deg"]),
+    "backlash": ("servo", ["width_deg"]),
+    "joint_friction": ("servo", ["coulomb_nm", "stiffness_nm_rad"]),
+    "compliance": ("servo", ["stiffness_nm_rad"]),
+    "servo_offset": ("servo", ["offset_deg"]),
+    "command_gain": ("servo", ["gain"]),
+    "joint_free": ("servo", []),
+    "joint_rigid": ("servo", []),
+    "wiring": ("servo", []),
+    "encoder_offset": ("sensor", ["offset_deg"]),
+    "encoder_gain": ("sensor", ["gain"]),
+    "encoder_noise": ("sensor", ["std_deg"]),
+    "ground_friction": ("body", ["ct_scale", "cn_scale", "ct0_scale", "cn0_scale"]),
+    "wheel_drag": ("body", ["link", "extra_n"]),
+    "payload": ("body", ["link", "mass_kg"]),
+    "slope": ("body", ["angle_deg"]),
+}
+
+
+def test_public_names():
+    for name, (stage, parameters) in PUBLIC.items():
+        effect = find_effect(name)
+        assert effect.stage == stage
+        assert set(parameters) <= {p.name for p in effect.parameters}
+        assert effect.per_joint == (stage in ("servo", "sensor"))
+
+
+@pytest.mark.parametrize("name", effects())
+def test_every_effect_tells_about_itself(name):
+    effect = effects()[name]
+    assert effect.stage in STAGES
+    assert effect.summary.endswith(".")
+    assert effect.mark.endswith(".")
+    assert parse_effect(effect.example).name == name
+    assert all(other in effects() and text for other, text in effect.confused_with)
+    assert all(p.doc and p.lower < p.upper for p in effect.parameters)
+
+
+def test_registry_follows_the_signal():
+    stages = [STAGES.index(effect.stage) for effect in effects().values()]
+    assert stages == sorted(stages)
+
+
+class Entry:
+    """As much of an entry point as the registry sees."""
+
+    def __init__(self, name, load):
+        self.name, self.value, self.load = name, f"elsewhere:{name}", load
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """Effects of packages that are not there: fill in entries, look, and forget."""
+    entries = []
+    original = importlib.metadata.entry_points
+
+    def entry_points(**chosen):
+        return entries if chosen.get("group") == ENTRY_POINT_GROUP else original(**chosen)
+
+    monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
+    effects.cache_clear()
+    yield entries
+    monkeypatch.undo()
+    effects.cache_clear()
+
+
+def code_of_the_guide(language):
+    text = (REPOSITORY / "docs" / "add-an-effect.md").read_text(encoding="utf-8")
+    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
+
+
+def test_the_effect_of_the_guide(installed):
+    effect_code, test_code = code_of_the_guide("python")
+    space = {}
+    exec(effect_code, space)
+    installed.append(Entry("encoder_eccentricity", lambda: space["EFFECT"]))
+    exec(
+        test_code, {"np": np, "assemble": assemble, "robot_from_mapping": robot_from_mapping, **space}, space
+    )
+    space["test_mark"].__globals__.update(np=np, assemble=assemble, robot_from_mapping=robot_from_mapping)
+    space["test_mark"]()
+    spec = parse_effect(space["EFFECT"].example)
+    robot = robot_from_mapping({"joints": 3}, "bench")
+    t = np.arange(0, 2, 0.01)
+    command = np.stack([np.sin(t)] * 3, axis=1)
+    plant = Plant(robot, [spec])
+    readings = []
+    for now, setpoint in zip(t, command, strict=True):
+        plant.advance(now)
+        readings.append(plant.encoder_rad())
+        plant.command(now, setpoint)
+    assert np.allclose(
+        readings, predict(robot, [spec], t, command).encoder_rad, atol=1.01 * robot.rad_per_count
+    )
+
+
+def test_a_broken_package_is_warned_about_and_left_out(installed):
+    def broken():
+        raise ImportError("no module named magic")
+
+    class Taken(type(find_effect("rate_limit"))):
+        pass
+
+    installed += [
+        Entry("broken", broken),
+        Entry("no_effect", lambda: 42),
+        Entry("taken", Taken),
+        Entry("taken", lambda: Taken()),
+    ]
+    effects.cache_clear()
+    with pytest.warns(UserWarning, match="effect") as warned:
+        found = effects()
+    told = " | ".join(str(w.message) for w in warned)
+    assert "effect broken cannot be loaded: no module named magic" in told
+    assert "elsewhere:no_effect is not a sound Effect" in told
+    assert "the name is taken" in told
+    assert not isinstance(found["rate_limit"], Taken)
+
+
+def test_words_cost_no_compiler():
+    """--effect is read, and refused, without numba."""
+    code = "import sys; from snakebot.effects import parse_effects; parse_effects(['worn_servo']); "
+    code += "print('numba' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+def test_pages_are_current():
+    from snakebot.effects.page import pages
+
+    folder = REPOSITORY / "docs" / "effects"
+    made = pages()
+    assert {path.name for path in folder.glob("*.md")} == set(made)
+    for name, text in made.items():
+        assert (folder / name).read_text(encoding="utf-8") == text, (
+            f"{name}: python -m snakebot.effects.page docs/effects"
+        )
+
+
+def test_the_command_of_the_pages(tmp_path):
+    (command,) = [
+        line for block in code_of_the_guide("sh") for line in block.splitlines() if line.startswith("python")
+    ]
+    words = command.split()
+    target = tmp_path / "pages"
+    arguments = [sys.executable, *words[1:-1], str(target)]
+    done = subprocess.run(arguments, capture_output=True, text=True, check=True)
+    assert f"{len(effects()) + 1} pages" in done.stdout
+    stale = target / "gone.md"
+    stale.write_text((target / "slope.md").read_text(encoding="utf-8"), encoding="utf-8")
+    (target / "mine.md").write_text("# Mine\n", encoding="utf-8")
+    subprocess.run(arguments, capture_output=True, check=True)
+    assert not stale.exists()
+    assert (target / "mine.md").exists()

@@ -1,0 +1,165 @@
+"""A fit that starts where an effect says finds what was injected: the start is in the active range."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from snakebot.effects import EffectSpec, Observed, Plant, effects, parse_effect, predict
+from snakebot.robot import load_robot, robot_from_mapping
+
+ROBOT = load_robot("penn_state")
+BENCH = robot_from_mapping({"joints": 2}, "bench")
+STEP_S = 0.01
+
+
+@dataclass
+class Run:
+    t_s: np.ndarray
+    command_rad: np.ndarray
+    measured_rad: np.ndarray
+    com_m: np.ndarray | None
+
+
+def motions(robot, seconds):
+    """A slow and a fast gait, and a triangle."""
+    t = np.arange(0, seconds, STEP_S)
+    phase = np.arange(robot.joints) * np.radians(80)
+    ramp = np.clip(t / 1.5, 0, 1)[:, None] ** 2
+    for omega, amplitude in ((1.7, 60), (4.3, 45)):
+        yield t, ramp * np.radians(amplitude) * np.sin(omega * t[:, None] + phase)
+    yield t, ramp * np.radians(25) * (2 / np.pi) * np.arcsin(np.sin(2.5 * t[:, None] + phase))
+
+
+def recorded(robot, specs, seconds=6.0, seed=11):
+    runs = []
+    for t, command in motions(robot, seconds):
+        plant = Plant(robot, specs, seed)
+        measured, com = [], []
+        for now, setpoint in zip(t, command, strict=True):
+            plant.advance(now)
+            measured.append(plant.encoder_rad())
+            com.append((plant.pose() or (0.0, 0.0))[:2])
+            plant.command(now, setpoint)
+        runs.append(Run(t, command, np.array(measured), np.array(com) if robot.body else None))
+    return runs
+
+
+def residual(robot, spec, runs, body):
+    rows = []
+    for run in runs:
+        found = predict(
+            robot,
+            [spec],
+            run.t_s,
+            run.command_rad,
+            initial_rad=run.measured_rad[0],
+            body=body,
+            quantise=False,
+        )
+        rows.append((found.encoder_rad - run.measured_rad).ravel())
+        if body:
+            rows.append((found.motion.com_m - run.com_m).ravel())
+    return np.concatenate(rows)
+
+
+LOAD = ("torque_limit", "joint_friction", "compliance")
+# Chance: no mean to fit. Counts of lost set-points: the mean is, but a single run is far from it.
+LEFT_OUT = ("encoder_noise", "wiring", "joint_free")
+FITTED = [
+    name
+    for name, effect in effects().items()
+    if any(p.fitted for p in effect.parameters) and name not in LEFT_OUT
+]
+# What cannot be told from this data, or is the ratio of two that cannot.
+TOLERANCE = {"command_loss": 0.6, "ground_friction": 0.25, "payload": 0.3, "clock_drift": 0.1}
+
+
+def fitted_parameters(effect):
+    return [p for p in effect.parameters if p.fitted and not p.integer]
+
+
+@pytest.mark.parametrize("name", FITTED)
+def test_start_is_active_and_leads_to_the_truth(name):
+    effect = effects()[name]
+    truth = parse_effect(effect.example)
+    robot = ROBOT if effect.stage == "body" or name in LOAD else BENCH
+    if robot is BENCH:
+        truth = EffectSpec(name, truth.values, None)
+    joints = truth.joint_indices(robot.joints)
+    runs = recorded(robot, [truth], seconds=3.0 if name in LOAD else 6.0)
+    starts = effect.starts(Observed(robot, runs), joints)
+    assert starts
+    parameters = fitted_parameters(effect)
+    body = effect.stage == "body"
+
+    best = None
+    for start in starts:
+        spec = EffectSpec(name, start, truth.joints).checked(robot)
+        if any(p.integer and start[p.name] != truth.values[p.name] for p in effect.parameters):
+            continue  # another link
+        x0 = np.array([spec.value(p.name) for p in parameters])
+        scale = np.maximum(np.abs(x0), [0.05 * p.typical if p.scale == "log" else 1e-3 for p in parameters])
+
+        def at(x, spec=spec, scale=scale):
+            values = {p.name: p.clip(v * s) for p, v, s in zip(parameters, x, scale, strict=True)}
+            return residual(robot, spec.with_values(**values), runs, body)
+
+        here = at(x0 / scale)
+        for i in range(len(parameters)):
+            nudge = np.zeros(len(parameters))
+            nudge[i] = 0.05
+            moved = np.abs(at(x0 / scale + nudge) - here).max()
+            assert moved > ROBOT.rad_per_count / 5, f"{parameters[i].name} does nothing at its start {start}"
+        found = least_squares(at, x0 / scale, diff_step=0.01, max_nfev=25, loss="soft_l1", f_scale=0.02)
+        if best is None or found.cost < best[0]:
+            best = found.cost, found.x * scale
+    assert best is not None
+    for p, value in zip(parameters, best[1], strict=True):
+        if name == "ground_friction" and p.name != "cn_scale":
+            continue  # only the example's own factor is far from 1
+        true = truth.value(p.name)
+        assert value == pytest.approx(true, rel=TOLERANCE.get(name, 0.05), abs=1e-3), p.name
+
+
+def test_wiring_is_read_off_the_correlations():
+    truth = parse_effect("wiring:permutation=3+2,signs=1+-1,joints=2+3")
+    observed = Observed(ROBOT, recorded(ROBOT, [truth]))
+    (start,) = effects()["wiring"].starts(observed, (0, 1, 2, 3, 4))
+    assert start == {"permutation": (1.0, 3.0, 2.0, 4.0, 5.0), "signs": (1.0, 1.0, -1.0, 1.0, 1.0)}
+
+
+def test_noise_is_read_off_the_scatter():
+    observed = Observed(BENCH, recorded(BENCH, ["encoder_noise:std_deg=0.3"]))
+    (start,) = effects()["encoder_noise"].starts(observed, (0, 1))
+    assert start["std_deg"] == pytest.approx(0.3, rel=0.1)
+
+
+@pytest.mark.parametrize("name", effects())
+def test_starts_hold_for_poor_data(name):
+    """Joints that never move, gaps, one sample short of nothing: bounds are kept and nothing is NaN."""
+    t = np.arange(0, 0.5, STEP_S)
+    still = np.zeros((t.size, 5))
+    holes = still.copy()
+    holes[:, 2] = np.nan
+    observed = Observed(ROBOT, [Run(t, still, holes, None), Run(t, holes, still, None)])
+    for joints in ((0, 1, 2, 3, 4), (2,)):
+        for start in effects()[name].starts(observed, joints):
+            listed = joints if effects()[name].per_joint else None
+            EffectSpec(name, start, listed and tuple(j + 1 for j in listed)).checked(ROBOT)
+
+
+def test_observed_figures():
+    runs = recorded(
+        BENCH, ["command_gain:gain=0.9", "servo_offset:offset_deg=3", "command_delay:delay_s=0.02"]
+    )
+    observed = Observed(BENCH, runs)
+    assert observed.gain == pytest.approx([0.9, 0.9], abs=0.02)
+    assert observed.offset_rad == pytest.approx([np.radians(3)] * 2, abs=0.005)
+    assert observed.lag_s == pytest.approx([0.9 * 0.055] * 2, abs=0.008)
+    assert observed.peak_rate_rad_s == pytest.approx([0.9 * np.radians(45) * 4.3] * 2, rel=0.05)
+    assert observed.amplitude_rad == pytest.approx([0.9 * np.radians(60)] * 2, rel=0.05)
+    assert observed.sample_s == pytest.approx(STEP_S)
+    assert np.isnan(observed.peak_load_nm).all()
+    assert np.all(Observed(ROBOT, recorded(ROBOT, ())).peak_load_nm > 0.1)

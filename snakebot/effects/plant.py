@@ -188,7 +188,7 @@ class Plant:
         """Where the robot is; None on a bench."""
         if self.stages.model is None:
             return None
-        x, y, heading, vx, vy, _ = (float(v) for v in self._chain.base)
+        x, y, heading, vx, vy, _ = self._chain.base.tolist()
         return Pose(x, y, heading, vx * math.cos(heading) + vy * math.sin(heading))
 
     @property

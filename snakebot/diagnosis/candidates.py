@@ -102,8 +102,9 @@ def _per_joint(context: Context, base: Trial, effect: Effect) -> list[Candidate]
     terms = [Term(effect.name, (j + 1,), fixed) for j in range(joints)]
     rows = [_spread(t, [_values(t, s) for s in effect.starts(context.observed, (j,))]) for j, t in enumerate(terms)]
     starts = [np.stack([row[min(i, len(row) - 1)] for row in rows]) for i in range(max(map(len, rows)))]
-    fit = each_joint(context, base, terms, starts)
-    helped = [j for j in helped_joints(context, base, fit.residual) if j + 1 not in taken]
+    runs, fit = each_joint(context, base, terms, starts)
+    gains = [_joint_gain(context, base, runs, fit.residual, j) for j in range(joints)]
+    helped = [j for j in helped_joints(context, base, gains) if j + 1 not in taken]
     if not helped:
         return []
     subsets = [tuple(helped)]
@@ -117,7 +118,7 @@ def _per_joint(context: Context, base: Trial, effect: Effect) -> list[Candidate]
         begin += _spread(term, [_values(term, s) for s in effect.starts(context.observed, subset)])[:1]
         out.append(_candidate(base, term, begin if term.open else [np.zeros(0)]))
         if len(subset) > 1 and term.open and _uneven(inside):
-            best = int(np.argmax([_gain_of(context, base, fit.residual, j) for j in subset]))
+            best = int(np.argmax([gains[j][0] for j in subset]))
             alone = Term(effect.name, (subset[best] + 1,), fixed)
             out.append(_candidate(base, alone, [fit.theta[subset[best]]]))
     return out
@@ -129,13 +130,10 @@ def _uneven(theta: Floats) -> bool:
     return bool(np.any(spread > 0.3 * np.abs(np.median(theta, axis=0))))
 
 
-def _gain_of(context: Context, base: Trial, residual: Floats, joint: int) -> float:
-    return _joint_gain(context, base, residual, joint)[0]
-
-
-def _joint_gain(context: Context, base: Trial, residual: Floats, joint: int) -> tuple[float, float]:
-    """Mean gain and its number of standard errors on one joint, of (N, k) residuals of the free runs, stacked."""
-    runs = context.free_runs
+def _joint_gain(
+    context: Context, base: Trial, runs: Sequence[int], residual: Floats, joint: int
+) -> tuple[float, float]:
+    """Mean gain and its number of standard errors on one joint, of (N, k) residuals of some runs, stacked."""
     block = np.concatenate([context.angle_blocks.of_sample[i][:, joint] for i in runs])
     used = block >= 0
     names, index, counts = np.unique(block[used], return_inverse=True, return_counts=True)
@@ -148,9 +146,8 @@ def _joint_gain(context: Context, base: Trial, residual: Floats, joint: int) -> 
     return difference.mean, difference.z
 
 
-def helped_joints(context: Context, base: Trial, residual: Floats) -> list[int]:
-    """0-based joints with a gap, on which new residuals (N, k) are clearly smaller than those of ``base``."""
-    gains = [_joint_gain(context, base, residual, j) for j in range(context.data.joints)]
+def helped_joints(context: Context, base: Trial, gains: Sequence[tuple[float, float]]) -> list[int]:
+    """0-based joints with a gap, on which the gain over ``base`` (mean, number of errors) is clear."""
     gap = gap_of(context, base).significant
     best = max((mean for j, (mean, _) in enumerate(gains) if gap[j]), default=0.0)
     least = max(HELPS_SCORE, HELPS_SHARE * best)

@@ -75,6 +75,15 @@ class Context:
         """Runs that may be fitted."""
         return tuple(i for i, run in enumerate(self.data.runs) if not run.hold_out)
 
+    @property
+    def telling_runs(self) -> tuple[int, ...]:
+        """Two of the free runs for a first look at what is dear to simulate: the largest gap, and the middling one."""
+        blocks = self.angle_blocks
+        gap = blocks.mean_square(self.residuals(self.nominal))
+        size = {i: float(gap[blocks.run == i].mean()) for i in self.free_runs if np.any(blocks.run == i)}
+        order = sorted(size, key=lambda i: (-size[i], i))
+        return tuple(dict.fromkeys((order[0], order[len(order) // 2]))) if order else self.free_runs
+
     def score(self, mean_square: Floats) -> Floats:
         return np.asarray(-0.5 * np.log1p(mean_square / self.allowed_square))
 
@@ -109,7 +118,7 @@ class Context:
             assert stages.model is not None
             angles = [
                 stages.true_angle(run.t_s, measured)
-                for run, measured in zip(self.data.runs, self.simulator.measured, strict=True)
+                for run, measured in zip(self.data.runs, self.simulator.smooth, strict=True)
             ]
             found = ground_motion.predicted(self.ground, self.data, angles, stages.model, runs)
             with self._lock:
@@ -132,7 +141,7 @@ def make_context(data: Data, known: Mapping[str, float], seed: int) -> Context:
     if measured is not None:
         stages = simulator.stages(())
         assert stages.model is not None
-        spread = ground_motion.tolerance_square(measured, data, simulator.measured, stages.model)
+        spread = ground_motion.tolerance_square(measured, data, simulator.smooth, stages.model)
         allowed = measured.floor_square + spread
     return Context(
         data=data,

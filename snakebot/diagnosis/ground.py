@@ -26,7 +26,7 @@ Ints = NDArray[np.int64]
 FRICTION_TOLERANCE = 0.05  # relative error of friction coefficients that is taken for granted
 MASS_TOLERANCE = 0.03
 SPEED_RESOLUTION_M_S = 0.001  # nobody's treadmill or camera is better
-TURN_RESOLUTION_RAD_S = 0.01
+TURN_RESOLUTION_RAD_S = 0.003
 SPEED_ACCURACY = 0.01  # of the speed itself
 MAX_STEP_S = 5e-3
 

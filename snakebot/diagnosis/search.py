@@ -20,6 +20,7 @@ from snakebot.diagnosis.hypothesis import Hypothesis
 from snakebot.diagnosis.localise import gap_of
 from snakebot.diagnosis.trial import Trial, nominal_trial, run_trial
 from snakebot.effects.effect import Effect
+from snakebot.effects.registry import effects
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -28,7 +29,7 @@ MOST_EFFECTS = 3
 CLEAR_SE = 2.0
 MATTERS = 0.05  # held-out score on the blocks an effect touches: a tenth of their mean square
 CLOSE_RACE = 0.25  # rivals within this share of the winner's gain are cross-validated ...
-FEWEST_TRIALS, MOST_TRIALS = 4, 10  # ... within these bounds
+FEWEST_TRIALS, MOST_TRIALS = 3, 8  # ... within these bounds
 THREADS = 2
 
 Progress = Callable[[str, float], None]
@@ -145,7 +146,10 @@ def _explore(context: Context, base: Trial, library: Sequence[Effect], progress:
 
 def _ranked(context: Context, trials: Sequence[Trial]) -> list[Trial]:
     """Best first by held-out score; of two that score alike, the one with fewer parameters, then fewer named joints."""
-    ordered = sorted(trials, key=lambda t: -t.score(context))
+    place = {name: i for i, name in enumerate(effects())}
+    ordered = sorted(
+        trials, key=lambda t: (-round(t.score(context), 4), len(t.theta), [place[n] for n in t.hypothesis.names])
+    )
     if len(ordered) < 2:
         return ordered
     first = ordered[0]

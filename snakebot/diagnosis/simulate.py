@@ -18,9 +18,12 @@ from snakebot.effects.effect import Track
 from snakebot.effects.prediction import servo_stage, setpoint_at
 from snakebot.effects.spec import EffectSpec
 from snakebot.effects.stages import Stages, assemble, filled
-from snakebot.physics.servo_layout import TORQUE_LIMIT_NM
+from snakebot.physics.servo_layout import FREE_JOINT, LOCKED, TORQUE_LIMIT_NM
 
 Floats = NDArray[np.float64]
+
+
+SMOOTH_S = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +42,19 @@ class Simulator:
         self.data = data
         self.robot = data.robot
         self.measured = tuple(filled(run.measured_rad) for run in data.runs)
+        self.smooth = tuple(smoothed(run.t_s, m) for run, m in zip(data.runs, self.measured, strict=True))
         self._loads: dict[int, Floats] = {}
         self._lock = Lock()
 
     def stages(self, specs: Iterable[EffectSpec]) -> Stages:
         return assemble(self.robot, specs)
+
+    def dear(self, specs: Iterable[EffectSpec]) -> bool:
+        """Whether the whole body must be simulated even for a rough prediction."""
+        stages = self.stages(specs)
+        rows = stages.servo_rows
+        weak = np.isfinite(rows[:, TORQUE_LIMIT_NM]).any() or (rows[:, LOCKED] == FREE_JOINT).any()
+        return stages.model is not None and bool(weak)
 
     def predict(
         self, specs: Iterable[EffectSpec], runs: Sequence[int] | None = None, *, rough: bool = False
@@ -93,3 +104,17 @@ class Simulator:
             with self._lock:
                 self._loads[index] = torque
         return self._loads[index]
+
+
+def smoothed(t_s: Floats, angle_rad: Floats, span_s: float = SMOOTH_S) -> Floats:
+    """Angles (N, k) with noise taken out by a cubic through every ``span_s``: what a replay is fed with.
+
+    Differentiated noise of the readings would shake the simulated body loose from the ground.
+    """
+    from scipy.signal import savgol_filter
+
+    width = 2 * int(0.5 * span_s / float(np.median(np.diff(t_s)))) + 1
+    width = min(width, angle_rad.shape[0] - 1 + angle_rad.shape[0] % 2)
+    if width < 5:
+        return angle_rad
+    return np.asarray(savgol_filter(angle_rad, width, 3, axis=0))

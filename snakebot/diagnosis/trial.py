@@ -22,6 +22,7 @@ Ints = NDArray[np.int64]
 
 FOLD_STEPS = 8
 FULL_STEPS = 30
+ROUGH_STEPS = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +88,10 @@ def run_trial(
 
     ``rough``: a first look, with loads of the nominal motion, no interval.
     """
-    theta, covariance = _fit(
-        context, hypothesis, starts, context.free_runs, FULL_STEPS, keep, covariance=not rough, rough=rough
-    )
+    runs, steps = context.free_runs, FULL_STEPS
+    if rough and len(starts) and context.simulator.dear(hypothesis.specs(starts[0])):
+        runs, steps = context.telling_runs, ROUGH_STEPS
+    theta, covariance = _fit(context, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough)
     specs = hypothesis.specs(theta)
     fitted, readings = squares(context, specs, rough=rough)
     if not cross or not context.folds or theta.size == 0:
@@ -228,15 +230,19 @@ def _ground_problem(
     return Problem(residual, np.zeros(1, dtype=np.int64), block, context.ground_allowed_square, lower, upper, log)
 
 
-def each_joint(context: Context, base: Trial, effect_terms: Sequence[Term], starts: Sequence[Floats]) -> Fit:
-    """Fit one effect to every joint on its own, all at once, on top of what ``base`` says.
+def each_joint(
+    context: Context, base: Trial, effect_terms: Sequence[Term], starts: Sequence[Floats]
+) -> tuple[tuple[int, ...], Fit]:
+    """Fit one effect to every joint on its own, all at once, on top of what ``base`` says; the runs used, and the fit.
 
     Args:
         effect_terms: (k,) the term of each joint.
         starts: each (k, p).
     """
     joints = context.data.joints
-    runs = context.free_runs
+    first = [*base.specs, *(term.spec(row) for term, row in zip(effect_terms, starts[0], strict=True))]
+    dear = context.simulator.dear(first)
+    runs = context.telling_runs if dear else context.free_runs
     columns = np.arange(joints, dtype=np.int64)
     measured, use, block = angle_columns(context, columns, runs)
     lower, upper, log = bounds(effect_terms[0].open)
@@ -248,4 +254,4 @@ def each_joint(context: Context, base: Trial, effect_terms: Sequence[Term], star
         return np.where(use, measured - reading, 0.0)
 
     problem = Problem(residual, columns, block, context.scale.square, lower, upper, log)
-    return multi_start(problem, starts, 1, 10, covariance=False)
+    return runs, multi_start(problem, starts, 1, ROUGH_STEPS if dear else 10, covariance=False)

@@ -36,4 +36,3 @@ drop_stale_caches()
 _FAST = {"contract", "nsz", "arcp"}
 
 jit = njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
-jit_parallel = njit(cache=True, fastmath=_FAST, error_model="numpy", parallel=True)

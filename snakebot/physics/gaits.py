@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import prange
 
 from snakebot.errors import BadInputError
 from snakebot.physics import kernel
-from snakebot.physics.compiled import jit, jit_parallel
+from snakebot.physics.compiled import jit
 from snakebot.physics.elementary import sine_cosine
 from snakebot.physics.kernel import FREE, PRESCRIBED, TORQUE
 from snakebot.physics.lanes import WIDTH, get_lane, lane_rows, put_lane, sub_rows
@@ -79,6 +80,7 @@ def simulate_gaits(
     cycles: int = 8,
     averaged_cycles: int = 4,
     steps_per_cycle: int | None = None,
+    threads: int | None = None,
 ) -> GaitResults:
     """Simulate serpentine gaits (27) from rest and average the last cycles.
 
@@ -94,6 +96,7 @@ def simulate_gaits(
         pid: drive the joints by torque instead of prescribing their angles.
         cycles, averaged_cycles: length of the simulation, and how many of the last cycles are averaged.
         steps_per_cycle: time steps in one period 2 pi / omega; by default enough for an error of about 0.1 %.
+        threads: how many cores work; by default all that this process may use. The results do not depend on it.
 
     Raises:
         BadInputError: a shape, a joint or a number that makes no sense.
@@ -104,9 +107,11 @@ def simulate_gaits(
     )
     if not 1 <= averaged_cycles <= cycles:
         raise BadInputError(f"physics: cannot average the last {averaged_cycles} of {cycles} cycles")
+    if threads is not None and threads < 1:
+        raise BadInputError(f"physics: cannot work on {threads} threads")
     steps = setup[-1]
     out = np.zeros((len(table), averaged_cycles, len(MEASURES)))
-    _batch(drives, *setup, out, np.zeros((0, 0)))
+    _batch(drives, setup, out, np.zeros((0, 0)), threads)
     dx, dy, heading, power_in, lost, turn, error = np.moveaxis(out, 2, 0)
     period = 2 * np.pi / table[:, 2]
     driven = max(int(np.count_nonzero(setup[3] == TORQUE)), 1)
@@ -153,7 +158,7 @@ def gait_trajectory(
     )
     k, steps = model.joints, setup[-1]
     trace = np.zeros((cycles * steps + 1, 8 + 3 * k))
-    _batch(drives, *setup, np.zeros((1, 1, len(MEASURES))), trace)
+    _batch(drives, setup, np.zeros((1, 1, len(MEASURES))), trace)
     t = np.arange(len(trace)) * (2 * math.pi / table[0, 2] / steps)
     base, power, angle, rate, torque = np.split(trace, np.cumsum((6, 2, k, k)), axis=1)
     return Trajectory(
@@ -239,6 +244,8 @@ def _gait_table(gaits: npt.ArrayLike) -> Vector:
         )
     if table.shape[1] == 3:
         table = np.column_stack((table, np.zeros(len(table))))
+    if len(table) == 0:
+        raise BadInputError("physics: there is no gait to simulate")
     if not np.all(np.isfinite(table)):
         raise BadInputError("physics: a gait holds a number that is not finite")
     if np.any(table[:, 2] <= 0):
@@ -251,14 +258,42 @@ def _gait_table(gaits: npt.ArrayLike) -> Vector:
 JOINT_ROWS = 11
 
 
-@jit_parallel
-def _batch(
-    drives: Any, links: Any, slope: float, gains: Any, kind: Any, stuck: Any, cycles: int, steps: int, out: Any,
-    trace: Any,
+def _batch(drives: Vector, setup: _Setup, out: Vector, trace: Vector, threads: int | None = None) -> None:
+    """All gaits, eight at once on each core. ``out``: (G, averaged cycles, measures); ``trace``: of the first gait.
+
+    The threads are Python's own: the compiled loop lets the interpreter go, and a program that forks stays safe, which
+    it does not with the compiler's own pool.
+    """
+    blocks = (len(out) + WIDTH - 1) // WIDTH
+    workers = min(blocks, threads or _cores())
+    if workers == 1:
+        _blocks(0, blocks, drives, *setup, out, trace)
+        return
+    size = max(1, blocks // (8 * workers))  # small enough that the last chunks end together
+    with ThreadPoolExecutor(workers) as pool:
+        jobs = [
+            pool.submit(_blocks, first, min(first + size, blocks), drives, *setup, out, trace)
+            for first in range(0, blocks, size)
+        ]
+        try:
+            for job in jobs:
+                job.result()
+        except BaseException:  # above all an interrupt by the user: do not work off what is left
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@jit
+def _blocks(
+    first: int, last: int, drives: Any, links: Any, slope: float, gains: Any, kind: Any, stuck: Any, cycles: int,
+    steps: int, out: Any, trace: Any,
 ) -> None:  # fmt: skip
-    """All gaits, eight at once on each core. ``out``: (G, averaged cycles, measures); ``trace``: of the first gait."""
     n = links.shape[1]
-    for block in prange((len(out) + WIDTH - 1) // WIDTH):
+    for block in range(first, last):
         memory = np.zeros((SCRATCH_ROWS * max(n, 6) + 1) * WIDTH)
         results = np.zeros((out[0].size + 1) * WIDTH)
         history = np.zeros((trace.size + 1) * WIDTH)

@@ -49,6 +49,8 @@ def model():
         ([GAIT], {"cycles": 0, "averaged_cycles": 0}, "cycles"),
         ([GAIT], {"steps_per_cycle": 3}, "too few"),
         ([GAIT], {"servo_time_constant_s": -1.0}, "time constant"),
+        ([GAIT], {"threads": 0}, "0 threads"),
+        (np.zeros((0, 3)), {}, "no gait"),
     ],
 )
 def test_gaits_that_make_no_sense(model, gaits, options, words):

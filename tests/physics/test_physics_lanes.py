@@ -55,20 +55,13 @@ def test_a_chain_alone_moves_as_one_of_eight():
 
 
 def test_results_do_not_depend_on_neighbours_order_or_threads():
-    import numba
-
     rng = np.random.default_rng(4)
     gaits = np.column_stack((rng.uniform(0.1, 1.2, 21), rng.uniform(0.3, 2, 21), rng.uniform(0.5, 5, 21)))
     model = six_links()
-    threads = numba.get_num_threads()
-    try:
-        numba.set_num_threads(1)
-        alone = [simulate_gaits(model, gait, cycles=2, averaged_cycles=1).speed_m_s[0] for gait in gaits]
-        numba.set_num_threads(threads)
-        together = simulate_gaits(model, gaits, cycles=2, averaged_cycles=1).speed_m_s
-        backwards = simulate_gaits(model, gaits[::-1], cycles=2, averaged_cycles=1).speed_m_s[::-1]
-    finally:
-        numba.set_num_threads(threads)
+    options = {"cycles": 2, "averaged_cycles": 1}
+    alone = [simulate_gaits(model, gait, **options).speed_m_s[0] for gait in gaits]
+    together = simulate_gaits(model, gaits, threads=1, **options).speed_m_s
+    backwards = simulate_gaits(model, gaits[::-1], threads=3, **options).speed_m_s[::-1]
     assert np.array_equal(alone, together)  # to the last bit
     assert np.array_equal(together, backwards)
 
@@ -94,7 +87,7 @@ def test_a_second_start_compiles_nothing():
         "import numpy as np\n"
         "model = ChainModel(*(np.ones(3) for _ in range(8)))\n"
         "simulate_gaits(model, [0.5, 1.0, 2.0], cycles=1, averaged_cycles=1)\n"
-        "stats = gaits._batch.stats\n"
+        "stats = gaits._blocks.stats\n"
         "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))\n"
     )
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

@@ -99,7 +99,7 @@ def info(log: Path, as_json: bool) -> None:
     from snakebot.runlog.listing import summarize
 
     contents = read_log(_existing(log))
-    summary = summarize(log)
+    summary = summarize(log, thorough=True)
     result = _as_mapping(summary) | {
         "joints": contents.joints,
         "attachments": {name: len(data) for name, data in contents.attachments.items()},

@@ -24,7 +24,7 @@ from mcap.writer import MCAP0_MAGIC
 from snakebot.errors import LogError
 from snakebot.runlog import channels
 
-MAX_CHUNK_BYTES = 64 << 20  # decompressed; ours have 1 MiB at most
+MAX_CHUNK_BYTES = 64 << 20  # decompressed; ours have about 256 KiB
 MAX_RECORD_BYTES = 80 << 20  # as stored
 MAX_TOTAL_BYTES = 2 << 30  # decompressed: an hour at 500 Hz and 5 joints is 1.5 GB
 MAX_RATIO = 400  # decompressed to stored, beyond the first 64 MiB: more is a decompression bomb, not a log
@@ -154,11 +154,11 @@ class Container:
     def _cut(self, data: bytes) -> list[Message]:
         """The messages of a chunk. Written for speed: one struct call and one slice a message."""
         messages: list[Message] = []
-        append, unpack = messages.append, _MESSAGE.unpack_from
+        append, unpack, message = messages.append, _MESSAGE.unpack_from, int(Opcode.MESSAGE)
         at, end = 0, len(data)
         try:
             while at < end:
-                if data[at] == Opcode.MESSAGE:
+                if data[at] == message:
                     _, length, channel_id, sequence, log_ns, publish_ns = unpack(data, at)
                     stop = at + 9 + length
                     if length < _MESSAGE_FIXED or stop > end:

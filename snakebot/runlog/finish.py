@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from mcap.records import Metadata
 from mcap.writer import CompressionType, Writer
 
 from snakebot.errors import LogError
 from snakebot.runlog import channels, metadata
 from snakebot.runlog.container import Container
 
-CHUNK_BYTES = 1 << 20
+CHUNK_BYTES = 256 << 10  # what one flipped bit can cost: a few seconds
 TEMPORARY_SUFFIX = ".tmp"
 
 
@@ -80,18 +81,18 @@ def _rewrite(source: Path, file: BinaryIO, changes: Changes) -> list[str]:
         writer.add_message(numbers[topic], log_ns, data, log_ns, sequence)
     for name, item in container.attachments.items():
         writer.add_attachment(item.create_time, item.log_time, name, item.media_type, item.data)
-    merged, damaged = merge_metadata(container)
+    merged, damaged = merge_metadata(container.metadata)
     merged.update(changes.metadata)
     writer.add_metadata(metadata.RECORD_NAME, metadata.to_strings(merged))
     writer.finish()  # type: ignore[no-untyped-call]
     return container.problems + damaged
 
 
-def merge_metadata(container: Container) -> tuple[dict[str, Any], list[str]]:
+def merge_metadata(records: Iterable[Metadata]) -> tuple[dict[str, Any], list[str]]:
     """All metadata of the run, later records over earlier ones; and what was damaged."""
     merged: dict[str, Any] = {}
     damaged = []
-    for record in container.metadata:
+    for record in records:
         if record.name == metadata.RECORD_NAME:
             values = metadata.from_strings(record.metadata)
             if values is None:

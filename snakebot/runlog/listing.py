@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 import os
+import struct
+import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, McapRecord, Metadata, MetadataIndex, Statistics
+from mcap.stream_reader import StreamReader
+from mcap.writer import MCAP0_MAGIC
 
 from snakebot.errors import LogError
 from snakebot.runlog.channels import JOINTS
@@ -14,6 +24,9 @@ from snakebot.runlog.container import Container
 from snakebot.runlog.finish import merge_metadata
 from snakebot.runlog.lock import is_being_written
 from snakebot.runlog.naming import PART_SUFFIX, SUFFIX
+
+MAX_INDEX_BYTES = 16 << 20
+_END = struct.Struct("<BQQQI8s")  # footer: opcode, length, summary, summary offsets, crc; closing magic
 
 
 @dataclass(frozen=True)
@@ -36,9 +49,23 @@ def find_logs(folder: str | os.PathLike[str]) -> Iterator[Path]:
     yield from sorted(path for path in paths if path.name.endswith((SUFFIX, SUFFIX + PART_SUFFIX)))
 
 
-def summarize(path: str | os.PathLike[str]) -> LogSummary:
-    """Go through a log, every checksum compared; a file that is no log is ``damaged``, not an error."""
+def summarize(path: str | os.PathLike[str], thorough: bool = False) -> LogSummary:
+    """What a log holds, from the index of a finished one, else by going through it.
+
+    Args:
+        thorough: go through it in any case, every checksum compared: only so is damage in mid-file noticed.
+
+    A file that is no log is ``damaged``, not an error.
+    """
     path = Path(path)
+    if not thorough and path.name.endswith(SUFFIX):
+        indexed = _from_index(path)
+        if indexed is not None:
+            return indexed
+    return _from_messages(path)
+
+
+def _from_messages(path: Path) -> LogSummary:
     container = Container(path)
     counts: dict[str, int] = {}
     first, last = None, 0
@@ -53,7 +80,7 @@ def summarize(path: str | os.PathLike[str]) -> LogSummary:
                     last = max(last, log_ns)
     except LogError as error:
         problems.append(str(error))
-    metadata, damaged = merge_metadata(container)
+    metadata, damaged = merge_metadata(container.metadata)
     problems += container.problems + damaged
     if is_being_written(path):
         state = "writing"
@@ -71,3 +98,57 @@ def summarize(path: str | os.PathLike[str]) -> LogSummary:
         metadata=metadata,
         problems=tuple(problems),
     )
+
+
+def _from_index(path: Path) -> LogSummary | None:
+    """The summary section at the end of a finished log; None where it is not whole."""
+    try:
+        with path.open("rb") as file:
+            size = path.stat().st_size
+            records = list(_summary_records(file, size))
+            statistics = next(record for record in records if isinstance(record, Statistics))
+            topics = {record.id: record.topic for record in records if isinstance(record, Channel)}
+            metadata = [
+                _metadata_at(file, size, index) for index in records if isinstance(index, MetadataIndex)
+            ]
+    except (OSError, McapError, struct.error, ValueError, StopIteration):
+        return None
+    merged, damaged = merge_metadata(metadata)
+    if damaged:
+        return None
+    counts = {topics.get(number, ""): count for number, count in statistics.channel_message_counts.items()}
+    return LogSummary(
+        path=path,
+        state="finished",
+        ticks=counts.get(JOINTS.topic, 0),
+        duration_s=(statistics.message_end_time - statistics.message_start_time) * 1e-9,
+        bytes=size,
+        messages={topic: count for topic, count in counts.items() if count},
+        metadata=merged,
+        problems=(),
+    )
+
+
+def _summary_records(file: BinaryIO, size: int) -> Iterator[McapRecord]:
+    file.seek(max(0, size - _END.size))
+    opcode, length, start, _, crc, magic = _END.unpack(file.read(_END.size))
+    end = size - _END.size
+    if (opcode, length, magic) != (
+        Opcode.FOOTER,
+        20,
+        MCAP0_MAGIC,
+    ) or not 0 < start <= end <= start + MAX_INDEX_BYTES:
+        raise ValueError("no summary")
+    file.seek(start)
+    data = file.read(size - start)
+    if zlib.crc32(data[: -len(MCAP0_MAGIC) - 4]) != crc:  # it covers the footer up to itself
+        raise ValueError("checksum")
+    yield from StreamReader(BytesIO(data), skip_magic=True).records
+
+
+def _metadata_at(file: BinaryIO, size: int, index: MetadataIndex) -> Metadata:
+    if not 9 < index.length <= min(size, MAX_INDEX_BYTES):
+        raise ValueError("length")
+    file.seek(index.offset + 9)
+    record: Metadata = Metadata.read(ReadDataStream(BytesIO(file.read(index.length - 9))))
+    return record

@@ -207,7 +207,7 @@ def _assemble(
     telemetry: NumbersTable,
     rows: dict[str, list[Any]],
 ) -> RunLog:
-    metadata, damaged = merge_metadata(container)
+    metadata, damaged = merge_metadata(container.metadata)
     problems = [*container.problems, *damaged]
     attachments = {name: item.data for name, item in container.attachments.items()}
     robot = _robot(container.path, attachments, metadata, joints, problems)

@@ -210,10 +210,10 @@ class RunWriter:
     def _drain(self) -> None:
         """Write what is on the queue now, in chunks; metadata records stand between chunks."""
         batch: list[bytes] = []
-        size = 0
+        size, message = 0, int(Opcode.MESSAGE)
         for _ in range(len(self._queue)):
             record = self._queue.popleft()
-            is_message = record[0] == Opcode.MESSAGE
+            is_message = record[0] == message
             if is_message:
                 batch.append(record)
                 size += len(record)

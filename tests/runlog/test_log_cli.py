@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -20,6 +21,7 @@ from snakebot.robot import load_robot
 from snakebot.runlog import Run, RunWriter, Tick, gait_to_mapping, open_run, read_log
 from snakebot.runlog.column_map import Source, parse_map
 from snakebot.runlog.importing import write_run
+from snakebot.runlog.listing import summarize
 from snakebot.runlog.merging import Track, align_track, with_heading
 from snakebot.runlog.replaying import recorded_setpoints
 
@@ -413,3 +415,20 @@ def test_replay_checks_limits_and_nonsense_before_anything_moves(tmp_path: Path,
     assert not (tmp_path / "runs").exists()
     calm = wave_log(tmp_path / "calm.mcap", duration_s=5)
     assert json.loads(snakebot(capsys, "log", "replay", calm, "--dry-run", "--json"))["joints"] == 5
+
+
+def test_the_index_says_what_going_through_says(tmp_path: Path) -> None:
+    path = write_everything(tmp_path / "a.mcap")
+    quick, thorough = summarize(path), summarize(path, thorough=True)
+    assert quick.duration_s >= thorough.duration_s > 0
+    assert replace(quick, duration_s=0.0) == replace(thorough, duration_s=0.0)
+    data = bytearray(path.read_bytes())
+    for place in range(
+        len(data) - 1200, len(data), 7
+    ):  # whatever is wrong with the index: no error, nothing made up
+        damaged = tmp_path / "damaged.mcap"
+        damaged.write_bytes(data[:place] + bytes([data[place] ^ 0x55]) + data[place + 1 :])
+        summary = summarize(damaged)
+        assert (summary.ticks, summary.messages) == (thorough.ticks, thorough.messages)
+    path.write_bytes(data[:-400])
+    assert summarize(path).state == "damaged"

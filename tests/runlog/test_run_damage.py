@@ -74,9 +74,24 @@ def _no_wrong_row(log: RunLog | None) -> None:
 FORMS = st.sampled_from(["part", "finished"])
 
 
-@settings(max_examples=250, deadline=None)
-@given(FORMS, st.floats(0, 1, exclude_max=True), st.integers(1, 255))
+PLACE = st.floats(0, 1, exclude_max=True)
+
+
+@settings(max_examples=100, deadline=None)
+@given(FORMS, PLACE, st.integers(1, 255))
 def test_a_changed_byte_never_makes_a_wrong_row(form: str, place: float, change: int) -> None:
+    _change_a_byte(form, place, change)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@settings(max_examples=5000, deadline=None)
+@given(FORMS, PLACE, st.integers(1, 255))
+def test_thousands_of_changed_bytes_never_make_a_wrong_row(form: str, place: float, change: int) -> None:
+    _change_a_byte(form, place, change)
+
+
+def _change_a_byte(form: str, place: float, change: int) -> None:
     data = bytearray(_whole(form))
     data[int(place * len(data))] ^= change
     _no_wrong_row(_read(bytes(data)))
@@ -94,7 +109,7 @@ def test_stretches_lost_doubled_or_overwritten(
     _no_wrong_row(log)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(st.floats(0, 1))
 @example(0.0)
 @example(1.0)

@@ -24,6 +24,7 @@ from snakebot.links.base import Link
 
 _CHUNK = 65536
 _UNREAD_S = 0.25  # bytes that have waited this long have no reader
+_MAX_HOSTS = 16  # on one TCP port: nobody needs more, and whoever opens more means no good
 
 
 class PtyEnd(Link):
@@ -142,6 +143,9 @@ class TcpEnd(Link):
     def _admit(self) -> None:
         with contextlib.suppress(OSError):  # it may have gone again
             host, _ = self._door.accept()
+            if len(self._hosts) >= _MAX_HOSTS:
+                host.close()
+                return
             host.setblocking(False)
             host.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._hosts[host] = StreamDecoder()

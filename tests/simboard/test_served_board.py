@@ -193,6 +193,24 @@ def test_several_hosts_on_one_tcp_port() -> None:
         runner.close()
 
 
+def test_a_crowd_on_the_tcp_port_does_not_shut_the_first_one_out() -> None:
+    end = TcpEnd()
+    with served(end):
+        first = Host(end)
+        first.say(Ping(0))
+        first.wait(Pong, nonce=0)
+        crowd = [socket.create_connection(end.address) for _ in range(40)]
+        first.say(Ping(1))
+        first.wait(Pong, nonce=1)
+        hung_up = 0
+        for visitor in crowd:
+            visitor.settimeout(PATIENCE_S)
+            hung_up += visitor.recv(1) == b""
+            visitor.close()
+        assert hung_up == 40 - 15
+        first.close()
+
+
 def test_noise_on_the_wire_is_reported_in_the_boards_counters(end: Link) -> None:
     with served(end):
         host = Host(end)

@@ -1,0 +1,446 @@
+"""A host's hands on a board it knows nothing of: frames out, frames in, and patience."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+from firmware_protocol.assembly import Sample, SampleAssembler, setpoint_messages
+from firmware_protocol.catalogue import (
+    Acknowledge,
+    Applied,
+    BoardHeartbeat,
+    Counters,
+    EmergencyStop,
+    Fault,
+    FaultEvent,
+    HostHeartbeat,
+    InfoFirmware,
+    InfoProtocol,
+    InfoRequest,
+    InfoSerial,
+    JointMode,
+    JointModeRequest,
+    LimitKind,
+    LimitRequest,
+    Measured,
+    Message,
+    Mode,
+    ModeRequest,
+    Ping,
+    Pong,
+    Result,
+    State,
+    decode,
+    encode,
+    frame_id,
+)
+from firmware_protocol.frame import Frame, ProtocolError
+from snakebot.clock import Clock
+from snakebot.links.base import Link
+
+M = TypeVar("M", bound=Message)
+
+LIMIT_STEP = 0.002  # one bit of a limit on the wire
+_PATIENCE_S = 1.0  # for an answer that must come at once
+_RETRY_S = 0.25
+_NAP_S = 0.002  # longest wait in one go: a longer gap between two looks at the clock is our own stall
+_TRAFFIC_KEPT = 30
+_TIME_MASK = 0xFFFFFFFF
+
+
+class ViolationError(AssertionError):
+    """The board has broken a rule: the text says what was expected and what was seen."""
+
+
+class NotApplicableError(Exception):
+    """This board, or this bench, cannot be asked that."""
+
+
+class HostStalledError(Exception):
+    """This computer was too late for the case to mean anything."""
+
+
+def expect(condition: object, what: str) -> None:
+    """Raise a violation that says ``what``."""
+    if not condition:
+        raise ViolationError(what)
+
+
+def passed_us(later: int, earlier: int) -> int:
+    """Microseconds between two readings of the board's clock, across its wrap."""
+    return (later - earlier) & _TIME_MASK
+
+
+class Bench:
+    """A board at the end of a link.
+
+    Args:
+        link: open; the caller closes it.
+        clock: ``VirtualClock`` where the board lives on one.
+        send_bytes: puts raw bytes on a serial line; None on CAN.
+        reset: switches the board off and on; None where nobody can.
+        tolerance_s: by how much this computer and the wire may blur a time.
+        nudge_rad: how far a joint is moved at most.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        clock: Clock,
+        *,
+        send_bytes: Callable[[bytes], None] | None = None,
+        reset: Callable[[], None] | None = None,
+        tolerance_s: float = 0.02,
+        nudge_rad: float = 0.05,
+        seed: int = 0,
+    ) -> None:
+        self.link = link
+        self.clock = clock
+        self.send_bytes = send_bytes
+        self.reset = reset
+        self.tolerance_s = tolerance_s
+        self.stall_s = max(tolerance_s, 0.015)
+        self.nudge_rad = nudge_rad
+        self.draw = random.Random(seed)
+        self.host, self.other = 0x5EED0001, 0x5EED0002
+        self.info: InfoProtocol | None = None
+        self.firmware: InfoFirmware | None = None
+        self.heard: list[Message] = []  # since the case began
+        self.samples: list[Sample] = []  # complete ones, since the case began
+        self.unreadable = 0
+        self.sent = 0  # frames, since the bench was made
+        self.sequence = 0
+        self._assembler: SampleAssembler | None = None
+        self._token = 0
+        self._stalled_s = 0.0
+        self._traffic: deque[str] = deque(maxlen=_TRAFFIC_KEPT)
+        self._built_in: dict[tuple[int, LimitKind], float] = {}
+        self._tightened: set[tuple[int, LimitKind]] = set()
+        self._turned: set[int] = set()  # joints whose mode was changed
+
+    # -- frames ------------------------------------------------------------------------------------------------------
+
+    def send_frames(self, frames: Sequence[Frame]) -> None:
+        for frame in frames:
+            self._note(">", frame)
+        self.link.send(frames)
+        self.sent += len(frames)
+
+    def send(self, *messages: Message) -> None:
+        self.send_frames([encode(message) for message in messages])
+
+    def _note(self, way: str, frame: Frame) -> None:
+        try:
+            shown: object = decode(frame)
+        except ProtocolError:
+            shown = "no message of the catalogue"
+        self._traffic.append(f"{self.clock.now_s():.4f} {way} {frame}  {shown}")
+
+    def traffic(self) -> list[str]:
+        """The last frames both ways, decoded."""
+        return list(self._traffic)
+
+    def stalled_s(self) -> float:
+        """The longest time in which this computer did not look, since the case began."""
+        return self._stalled_s
+
+    def _hear(self, until_s: float) -> list[Message]:
+        """One look at the link."""
+        before_s = self.clock.now_s()
+        nap_s = max(min(until_s - before_s, _NAP_S), 0.0)
+        frames = self.link.receive(nap_s)
+        self._stalled_s = max(self._stalled_s, self.clock.now_s() - before_s - nap_s)
+        said = []
+        for frame in frames:
+            self._note("<", frame)
+            try:
+                message = decode(frame)
+            except ProtocolError as error:
+                self.unreadable += 1
+                raise ViolationError(f"the board sent what is no message of the catalogue: {error}") from None
+            said.append(message)
+            if isinstance(message, State | Measured | Applied) and self._assembler is not None:
+                sample = self._assembler.add(message)
+                if sample is not None:
+                    self.samples.append(sample)
+        self.heard += said
+        return said
+
+    def listen(self, for_s: float) -> list[Message]:
+        """All that the board says in that time."""
+        until_s = self.clock.now_s() + for_s
+        said = self._hear(until_s)
+        while self.clock.now_s() < until_s:
+            said += self._hear(until_s)
+        return said
+
+    def wait(self, kind: type[M], timeout_s: float = _PATIENCE_S, **values: object) -> M:
+        """The next message of a kind with these values.
+
+        Raises:
+            ViolationError: it did not come in time.
+        """
+        until_s = self.clock.now_s() + timeout_s
+        while True:
+            found: M | None = None
+            for message in self._hear(until_s):
+                right = all(getattr(message, name, None) == value for name, value in values.items())
+                if found is None and isinstance(message, kind) and right:
+                    found = message
+            if found is not None:
+                return found
+            if self.clock.now_s() >= until_s:
+                wanted = ", ".join(f"{name}={value!r}" for name, value in values.items())
+                raise ViolationError(f"no {kind.__name__}({wanted}) within {timeout_s:g} s")
+
+    def ask(self, request: Any) -> Acknowledge:
+        """A request's acknowledgement, repeated as a host would.
+
+        Raises:
+            ViolationError: none came, or one that names another request.
+        """
+        for attempt in range(4):
+            self.send(request)
+            try:
+                answer = self.wait(Acknowledge, _RETRY_S, token=request.token)
+            except ViolationError:
+                if attempt == 3:
+                    raise ViolationError(
+                        f"{type(request).__name__} was not acknowledged in 4 tries"
+                    ) from None
+                continue
+            expect(
+                answer.request == frame_id(type(request)),
+                f"an Acknowledge must name the request's identifier, {frame_id(type(request))}, not {answer.request}",
+            )
+            return answer
+        raise AssertionError("not reached")
+
+    def token(self) -> int:
+        self._token = (self._token + 1) % 256
+        return self._token
+
+    # -- state -------------------------------------------------------------------------------------------------------
+
+    @property
+    def joints(self) -> int:
+        assert self.info is not None
+        return self.info.joints
+
+    @property
+    def rad_per_count(self) -> float:
+        assert self.firmware is not None
+        return 2 * math.pi / self.firmware.counts_per_rev
+
+    @property
+    def simulated(self) -> bool:
+        return bool(self.info and self.info.simulated)
+
+    def identify(self) -> tuple[InfoProtocol, InfoFirmware, InfoSerial]:
+        """The three answers to an InfoRequest."""
+        for attempt in range(5):
+            start = len(self.heard)
+            self.send(InfoRequest(self.host))
+            try:
+                serial = self.wait(InfoSerial, 0.4)
+            except ViolationError:
+                if attempt == 4:
+                    raise
+                continue
+            found = self.heard[start:]
+            protocol = next((m for m in found if isinstance(m, InfoProtocol)), None)
+            firmware = next((m for m in found if isinstance(m, InfoFirmware)), None)
+            if protocol is not None and firmware is not None:
+                self.info, self.firmware = protocol, firmware
+                if self._assembler is None or self._assembler.joints != protocol.joints:
+                    self._assembler = SampleAssembler(protocol.joints)
+                return protocol, firmware, serial
+        raise ViolationError(
+            "InfoRequest must be answered by InfoProtocol, InfoFirmware and InfoSerial, all three"
+        )
+
+    def beat(self) -> BoardHeartbeat:
+        """The next heartbeat: the mode that the board says it is in."""
+        return self.wait(BoardHeartbeat, 0.5)
+
+    def go(self, mode: Mode, host: int | None = None) -> Acknowledge:
+        return self.ask(ModeRequest(self.token(), mode, self.host if host is None else host))
+
+    def must_go(self, mode: Mode, host: int | None = None) -> None:
+        answer = self.go(mode, host)
+        expect(
+            answer.result is Result.OK,
+            f"{mode.name.lower()} was requested and answered {_shown(answer)}, not ok",
+        )
+
+    def stop(self) -> None:
+        self.send(EmergencyStop())
+
+    def fresh(self) -> None:
+        """Disarmed, nobody's, joints active, limits as built in: how every case begins and ends."""
+        if self.info is None:
+            self.identify()
+        self.make_safe()
+        for joint in sorted(self._turned):
+            self.ask(JointModeRequest(self.token(), joint, JointMode.ACTIVE, 0.0, self.host))
+        self._turned.clear()
+        for joint, kind in sorted(self._tightened):
+            self.ask(LimitRequest(self.token(), joint, kind, self._built_in[joint, kind], self.host))
+        self._tightened.clear()
+        self._hear(self.clock.now_s())
+        self.heard.clear()
+        self.samples.clear()
+        self._stalled_s = 0.0
+
+    def make_safe(self) -> None:
+        """Disarm, by an emergency stop where another host holds the board."""
+        answer = self.go(Mode.DISARMED)
+        if answer.result is Result.HELD:
+            self.stop()
+            answer = self.go(Mode.DISARMED)
+        expect(answer.result is Result.OK, f"the board cannot be disarmed: it answers {_shown(answer)}")
+
+    def enter(self, mode: Mode) -> None:
+        """Bring a disarmed board into any mode."""
+        if mode is Mode.STOPPED:
+            self.stop()
+            self.wait(FaultEvent, code=Fault.EMERGENCY_STOP)
+        elif mode is not Mode.DISARMED:
+            self.must_go(Mode.ARMED)
+            if mode is Mode.HOLDING:
+                self.must_go(Mode.HOLDING)
+            elif mode is Mode.FAULT:
+                self.wait(FaultEvent, code=Fault.WATCHDOG)
+
+    def set_joint_mode(
+        self, joint: int, mode: JointMode, angle_rad: float = 0.0, host: int | None = None
+    ) -> Acknowledge:
+        self._turned.add(joint)
+        host = self.host if host is None else host
+        return self.ask(JointModeRequest(self.token(), joint, mode, round(angle_rad, 4), host))
+
+    def set_limit(self, joint: int, kind: LimitKind, value: float, host: int | None = None) -> Acknowledge:
+        """Set a limit; ``fresh`` puts the built-in one back."""
+        self.built_in(joint, kind)
+        self._tightened.add((joint, kind))
+        host = self.host if host is None else host
+        return self.ask(LimitRequest(self.token(), joint, kind, round(value / LIMIT_STEP) * LIMIT_STEP, host))
+
+    def built_in(self, joint: int, kind: LimitKind) -> float:
+        """The largest limit that the board accepts, found by halving. The board must be disarmed the first time."""
+        if (joint, kind) not in self._built_in:
+            below, above = 0, 1 << 17  # steps: accepted, refused
+            while above - below > 1:
+                middle = (below + above) // 2
+                request = LimitRequest(self.token(), joint, kind, middle * LIMIT_STEP, self.host)
+                if self.ask(request).result is Result.OK:
+                    below = middle
+                else:
+                    above = middle
+            expect(below > 0, f"the board accepts no {kind.name.lower()} limit at all for joint {joint}")
+            self._built_in[joint, kind] = below * LIMIT_STEP
+            self.ask(LimitRequest(self.token(), joint, kind, below * LIMIT_STEP, self.host))
+        return self._built_in[joint, kind]
+
+    def counters(self) -> Counters:
+        """Counters that include everything sent before this call.
+
+        The board sends them once a second, so one that is on its way already does not count.
+        """
+        self.ping()
+        return self.wait(Counters, 1.6)
+
+    def ping(self) -> Pong:
+        nonce = self.draw.getrandbits(32)
+        self.send(Ping(nonce))
+        return self.wait(Pong, nonce=nonce)
+
+    # -- set-points --------------------------------------------------------------------------------------------------
+
+    def sample(self) -> Sample:
+        """The next complete sample."""
+        start = len(self.samples)
+        until_s = self.clock.now_s() + 0.5
+        while len(self.samples) == start:
+            self._hear(until_s)
+            expect(
+                self.clock.now_s() < until_s or len(self.samples) > start,
+                "no complete sample within 0.5 s: State, then a Measured and an Applied for every group of joints",
+            )
+        return self.samples[start]
+
+    def arm(self) -> list[float]:
+        """Arm; the angles to start from (rad), as a host must."""
+        here = list(self.sample().applied_rad)
+        self.must_go(Mode.ARMED)
+        return here
+
+    def tick(self, angles_rad: Sequence[float], interval_s: float = 0.01, step: int = 1) -> int:
+        """Send one set-point; its sequence number."""
+        self.sequence = (self.sequence + step) & 0xFFFF
+        self.send(*setpoint_messages(self.sequence, angles_rad, interval_s))
+        return self.sequence
+
+    def answered(self, sequence: int, within_s: float = 0.06) -> Sample | None:
+        """The sample that answers a set-point, or None: it was not executed.
+
+        Unasked samples repeat the last number, so the search begins with what has come since the case began.
+        """
+        until_s = self.clock.now_s() + within_s
+        while True:
+            for sample in self.samples:
+                if sample.state.sequence == sequence:
+                    return sample
+            if self.clock.now_s() >= until_s:
+                return None
+            self._hear(until_s)
+
+    def executed(
+        self, angles_rad: Sequence[float], why: str, interval_s: float = 0.01, step: int = 1
+    ) -> Sample:
+        """Send one set-point that must be executed."""
+        sample = self.answered(self.tick(angles_rad, interval_s, step))
+        if sample is None:
+            raise ViolationError(f"a set-point was not executed: {why}")
+        return sample
+
+    def refused(self, sequence: int, why: str) -> None:
+        """A set-point that was sent must not have been executed.
+
+        A ping goes after it: once that is answered, the set-point has been dealt with.
+        """
+        self.ping()
+        for message in self.heard:
+            if isinstance(message, State) and message.sequence == sequence:
+                raise ViolationError(f"a set-point was executed: {why}")
+
+    def stream(
+        self, seconds: float, target: Callable[[float], Sequence[float]], interval_s: float = 0.01
+    ) -> list[tuple[int, list[float]]]:
+        """Keep set-points coming on time; (sequence number, angles) of each."""
+        start_s = self.clock.now_s()
+        sent = []
+        for index in range(1, round(seconds / interval_s) + 1):
+            due_s = start_s + index * interval_s
+            while self.clock.now_s() < due_s:
+                self._hear(due_s)
+            if self.clock.now_s() > due_s + self.stall_s:
+                raise HostStalledError(f"a tick was {1e3 * (self.clock.now_s() - due_s):.0f} ms late")
+            angles = list(target(index * interval_s))
+            sent.append((self.tick(angles, interval_s), angles))
+        self._hear(self.clock.now_s())
+        return sent
+
+    def hold_heartbeat(self, seconds: float, host: int) -> None:
+        """Let a host's heartbeat come for a while."""
+        for number in range(round(seconds / 0.1)):
+            self.send(HostHeartbeat(host, number))
+            self.listen(0.1)
+
+
+def _shown(answer: Acknowledge) -> str:
+    return f"{answer.result.name.lower()} (detail {answer.detail})"

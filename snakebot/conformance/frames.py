@@ -1,0 +1,139 @@
+"""The golden vectors over the wire, and everything that is no message."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from firmware_protocol.catalogue import (
+    Acknowledge,
+    Counters,
+    HostHeartbeat,
+    Mode,
+    Ping,
+    Pong,
+    encode,
+    frame_id,
+)
+from firmware_protocol.frame import Frame
+from firmware_protocol.framing import pack
+from snakebot.conformance.bench import Bench, NotApplicableError, expect
+from snakebot.conformance.case import case
+
+_REQUESTS = ("ModeRequest", "JointModeRequest", "LimitRequest", "TrimRequest", "ZeroRequest")
+_NO_BYTES = "raw bytes cannot be put on this link"
+
+
+@cache
+def vectors() -> dict[str, Any]:
+    """``firmware_protocol/vectors.json``."""
+    text = (files("firmware_protocol") / "vectors.json").read_text(encoding="utf-8")
+    loaded = json.loads(text)
+    assert isinstance(loaded, dict)
+    return loaded
+
+
+def _frame(vector: dict[str, Any]) -> Frame:
+    return Frame(vector["id"], bytes.fromhex(vector["payload"]))
+
+
+def _grown(before: Counters, after: Counters, name: str) -> int:
+    return int(getattr(after, name) - getattr(before, name)) & 0xFFFF
+
+
+@case(
+    "Every golden frame is understood: requests are acknowledged, pings answered, none is counted as corrupt."
+)
+def takes_golden_frames(bench: Bench) -> None:
+    bench.enter(Mode.STOPPED)  # here no request changes anything
+    before, sent_before = bench.counters(), bench.sent
+    for vector in sorted(vectors()["frames"], key=lambda v: v["message"] == "ModeRequest"):
+        bench.send_frames([_frame(vector)])
+        fields = vector["fields"]
+        if vector["message"] in _REQUESTS:
+            answer = bench.wait(Acknowledge, token=fields["token"])
+            expect(answer.request == vector["id"], f"{vector['message']} was acknowledged as {answer}")
+        elif vector["message"] == "Ping":
+            bench.wait(Pong, nonce=fields["nonce"])
+    after = bench.counters()
+    expect(
+        _grown(before, after, "corrupt") == 0,
+        f"{_grown(before, after, 'corrupt')} golden frames counted as corrupt",
+    )
+    heard, sent = _grown(before, after, "received"), bench.sent - sent_before
+    expect(heard == sent, f"{sent} frames were sent, Counters.received grew by {heard}")
+
+
+@case(
+    "An unknown identifier, a wrong length, an unnamed enumeration value: counted as corrupt, not answered."
+)
+def counts_bad_frames(bench: Bench) -> None:
+    before = bench.counters()
+    bench.heard.clear()
+    bad = vectors()["bad_frames"]
+    for vector in bad:
+        bench.send_frames([_frame(vector)])
+    after = bench.counters()
+    expect(
+        _grown(before, after, "corrupt") == len(bad),
+        f"of {len(bad)} bad frames {_grown(before, after, 'corrupt')} were counted as corrupt: "
+        + "; ".join(vector["why"] for vector in bad),
+    )
+    answers = [m for m in bench.heard if isinstance(m, Acknowledge)]
+    expect(not answers, f"bad frames were answered: {answers}")
+    expect(bench.beat().mode is Mode.DISARMED, "bad frames changed the mode")
+
+
+@case("A packet with a wrong CRC, length or coding is dropped and counted; the next one is heard.")
+def counts_bad_packets(bench: Bench) -> None:
+    if bench.send_bytes is None:
+        raise NotApplicableError(_NO_BYTES)
+    before = bench.counters()
+    bad = vectors()["bad_packets"]
+    for number, vector in enumerate(bad):
+        bench.send_bytes(b"\0" + bytes.fromhex(vector["bytes"]) + pack(encode(Ping(number))))
+        bench.wait(Pong, nonce=number)
+    bench.sent += len(bad)
+    grown = _grown(before, bench.counters(), "corrupt")
+    expect(grown == len(bad), f"of {len(bad)} bad packets {grown} were counted as corrupt")
+
+
+@case("Extra zeros are no packets; a packet may come in single bytes.")
+def takes_zeros_and_single_bytes(bench: Bench) -> None:
+    if bench.send_bytes is None:
+        raise NotApplicableError(_NO_BYTES)
+    before = bench.counters()
+    bench.send_bytes(b"\0" * 50 + pack(encode(Ping(7))) + b"\0" * 50)
+    bench.wait(Pong, nonce=7)
+    for byte in pack(encode(Ping(8))):
+        bench.send_bytes(bytes([byte]))
+    bench.wait(Pong, nonce=8)
+    grown = _grown(before, bench.counters(), "corrupt")
+    expect(grown == 0, f"extra zeros were counted as {grown} corrupt packets")
+
+
+@case("Noise costs the packets it touches, and nothing else.")
+def survives_noise(bench: Bench) -> None:
+    if bench.send_bytes is None:
+        raise NotApplicableError(_NO_BYTES)
+    for number in range(30):
+        noise = bench.draw.randbytes(bench.draw.randrange(1, 60)).replace(b"\x01\x00", b"")
+        bench.send_bytes(noise + b"\0" + pack(encode(Ping(number))))
+        bench.wait(Pong, nonce=number)
+
+
+@case("Counters wrap at 16 bits.", long=True)
+def counters_wrap(bench: Bench) -> None:
+    before, sent_before = bench.counters(), bench.sent
+    batch = [Frame(frame_id(HostHeartbeat), encode(HostHeartbeat(0, 0)).data)] * 16
+    while bench.sent - sent_before < 66_000:
+        bench.send_frames(batch)
+        if (bench.sent - sent_before) % 256 == 0:
+            bench.ping()  # never more under way than a small buffer holds
+    heard, sent = _grown(before, bench.counters(), "received"), (bench.sent - sent_before) & 0xFFFF
+    expect(
+        heard == sent,
+        f"{bench.sent - sent_before} frames were sent: Counters.received grew by {heard}, not {sent}",
+    )

@@ -1,0 +1,246 @@
+"""Joint modes, trims and zeros."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from firmware_protocol.catalogue import (
+    Acknowledge,
+    JointMode,
+    JointModeRequest,
+    LimitKind,
+    LimitRequest,
+    Message,
+    Mode,
+    Result,
+    TrimRequest,
+    ZeroRequest,
+    encode,
+)
+from firmware_protocol.frame import Frame
+from snakebot.conformance.bench import Bench, NotApplicableError, expect
+from snakebot.conformance.case import case
+
+Make = Callable[[int, int, int], Message]  # token, joint, host
+
+
+def _requests(bench: Bench) -> list[Make]:
+    """One harmless request of each kind."""
+    speed = bench.built_in(1, LimitKind.SPEED)
+    return [
+        lambda token, joint, host: JointModeRequest(token, joint, JointMode.ACTIVE, 0.0, host),
+        lambda token, joint, host: LimitRequest(token, joint, LimitKind.SPEED, speed, host),
+        lambda token, joint, host: TrimRequest(token, joint, 3.2, host),
+        lambda token, joint, host: ZeroRequest(token, joint, 0, host),
+    ]
+
+
+@case(
+    "A joint that the board does not have is bad_joint, with the number of joints; another host's is held first."
+)
+def knows_its_joints(bench: Bench) -> None:
+    makes = _requests(bench)
+    for mode in (Mode.DISARMED, Mode.STOPPED):
+        bench.fresh()
+        bench.enter(mode)
+        for make in makes:
+            for joint in {0, bench.joints + 1, 31}:
+                frame = encode(make(bench.token(), 1, bench.host))
+                data = bytearray(frame.data)
+                data[1] = data[1] & 0xE0 | joint
+                bench.send_frames([Frame(frame.id, bytes(data))])
+                answer = bench.wait(Acknowledge, 0.5, token=data[0])
+                expect(
+                    (answer.result, answer.detail) == (Result.BAD_JOINT, bench.joints),
+                    f"{type(make(0, 1, 1)).__name__} for joint {joint} was answered {answer}",
+                )
+    bench.fresh()
+    bench.enter(Mode.HOLDING)
+    for make in makes:
+        answer = bench.ask(make(bench.token(), min(bench.joints + 1, 16), bench.other))
+        expect(
+            (answer.result, answer.detail) == (Result.HELD, bench.host),
+            f"another host's {type(make(0, 1, 1)).__name__} was answered {answer}",
+        )
+
+
+@case("Which request is possible in which mode: the others are forbidden, with the mode.")
+def forbids_by_mode(bench: Bench) -> None:
+    makes = _requests(bench)
+    for mode in (Mode.ARMED, Mode.HOLDING, Mode.STOPPED, Mode.FAULT):
+        for make in makes:
+            if isinstance(make(0, 1, 1), TrimRequest):
+                make = _small_trim
+            kind = type(make(0, 1, 1))
+            bench.fresh()
+            bench.enter(mode)
+            answer = bench.ask(make(bench.token(), 1, bench.host))
+            possible = mode in (Mode.ARMED, Mode.HOLDING) and kind in (JointModeRequest, LimitRequest)
+            wanted = Result.OK if possible else Result.FORBIDDEN
+            expect(
+                (answer.result, answer.detail) == (wanted, mode),
+                f"{kind.__name__} while {mode.name.lower()} was answered {answer.result.name.lower()} "
+                f"(detail {answer.detail}), not {wanted.name.lower()}",
+            )
+
+
+def _small_trim(token: int, joint: int, host: int) -> Message:
+    return TrimRequest(token, joint, 0.0, host)
+
+
+@case(
+    "An angle beyond the joint's limit, a trim beyond it, and host 0 are bad_value; that goes before forbidden."
+)
+def refuses_bad_values(bench: Bench) -> None:
+    limit = bench.built_in(1, LimitKind.ANGLE)
+    beyond = limit + 0.01
+    for mode in (Mode.DISARMED, Mode.STOPPED):
+        bench.fresh()
+        bench.enter(mode)
+        requests: list[Message] = [JointModeRequest(bench.token(), 1, JointMode.FREE, 0.0, 0)]
+        requests += [TrimRequest(bench.token(), 1, 0.0, 0), ZeroRequest(bench.token(), 1, 0, 0)]
+        if beyond < 3.27:
+            requests.append(JointModeRequest(bench.token(), 1, JointMode.RIGID, beyond, bench.host))
+            requests.append(JointModeRequest(bench.token(), 1, JointMode.RIGID, -beyond, bench.host))
+            requests.append(TrimRequest(bench.token(), 1, beyond, bench.host))
+        for request in requests:
+            answer = bench.ask(request)
+            expect(
+                (answer.result, answer.detail) == (Result.BAD_VALUE, 0), f"{request} was answered {answer}"
+            )
+
+
+@case("A rigid joint goes to its angle under the limiter and stays, whatever the set-points say.")
+def rigid_goes_and_stays(bench: Bench) -> None:
+    here = bench.arm()
+    goal = round(here[0] + (bench.nudge_rad if here[0] < 0 else -bench.nudge_rad), 4)
+    answer = bench.set_joint_mode(1, JointMode.RIGID, goal)
+    expect(answer.result is Result.OK, f"rigid was answered {answer}")
+    first = bench.executed(here, "the first one with a rigid joint").applied_rad[0]
+    expect(abs(first - here[0]) < bench.nudge_rad, "a rigid joint jumped to its angle")
+    sent = bench.stream(0.6, lambda t: here)
+    last = bench.answered(sent[-1][0])
+    expect(last, "the stream with a rigid joint was not executed")
+    assert last is not None
+    expect(
+        abs(last.applied_rad[0] - goal) < 2e-4,
+        f"the rigid joint is at {last.applied_rad[0]:.4f} rad, not {goal}",
+    )
+    others = max((abs(a - b) for a, b in zip(last.applied_rad[1:], here[1:], strict=True)), default=0.0)
+    expect(others < 2e-4, f"the other joints moved by {others:.4f} rad")
+
+
+@case("rigid_here stays at the applied angle; its angle is not looked at.")
+def rigid_here_stays(bench: Bench) -> None:
+    here = bench.arm()
+    bench.executed(here, "the first one")
+    answer = bench.set_joint_mode(bench.joints, JointMode.RIGID_HERE, 3.2)
+    expect(answer.result is Result.OK, f"rigid_here was answered {answer}")
+    there = [angle + (0.02 if angle < 0 else -0.02) for angle in here]
+    sent = bench.stream(0.4, lambda t: there)
+    last = bench.answered(sent[-1][0])
+    expect(last, "the stream with a rigid joint was not executed")
+    assert last is not None
+    off = abs(last.applied_rad[-1] - here[-1])
+    expect(off < 3e-4, f"the joint that was to stay went by {off:.4f} rad")
+
+
+@case("A free joint's register follows its encoder; active again, it starts from where the joint is.")
+def free_follows_the_encoder(bench: Bench) -> None:
+    here = bench.arm()
+    bench.executed(here, "the first one")
+    expect(bench.set_joint_mode(1, JointMode.FREE).result is Result.OK, "free was refused while armed")
+    bench.stream(0.1, lambda t: [here[0] + 0.3, *here[1:]])
+    sample = bench.samples[-1]
+    measured = sample.measured_counts[0]
+    if measured is None:
+        raise NotApplicableError("joint 1 has no encoder reading")
+    off = abs(sample.applied_rad[0] - measured * bench.rad_per_count)
+    expect(off <= bench.rad_per_count + 1e-4, f"a free joint's register is {off:.4f} rad off its encoder")
+    expect(bench.set_joint_mode(1, JointMode.ACTIVE).result is Result.OK, "active was refused while armed")
+    after = bench.executed(
+        [sample.applied_rad[0], *here[1:]], "the first one of a joint that is active again"
+    )
+    jump = abs(after.applied_rad[0] - sample.applied_rad[0])
+    expect(jump < 0.02, f"a joint that became active jumped by {jump:.3f} rad")
+
+
+@case("Joint modes survive disarming.")
+def joint_modes_survive_disarming(bench: Bench) -> None:
+    expect(
+        bench.set_joint_mode(1, JointMode.RIGID_HERE).result is Result.OK,
+        "rigid_here was refused while disarmed",
+    )
+    here = bench.arm()
+    bench.must_go(Mode.DISARMED)
+    bench.samples.clear()
+    here = bench.arm()
+    there = [here[0] + (0.02 if here[0] < 0 else -0.02), *here[1:]]
+    sent = bench.stream(0.2, lambda t: there)
+    last = bench.answered(sent[-1][0])
+    expect(last, "the stream was not executed")
+    assert last is not None
+    expect(
+        abs(last.applied_rad[0] - here[0]) < 1e-3,
+        "a rigid joint moved after the board was disarmed and armed again",
+    )
+
+
+@case("Arming starts the register at the measured angles: nothing jumps.")
+def arms_where_the_joints_are(bench: Bench) -> None:
+    here = bench.arm()
+    sample = bench.executed(here, "the first one after arming")
+    for joint, (counts, applied) in enumerate(
+        zip(sample.measured_counts, sample.applied_rad, strict=True), start=1
+    ):
+        if counts is not None:
+            off = abs(applied - counts * bench.rad_per_count)
+            expect(off < 0.02, f"joint {joint} was armed {off:.3f} rad from where it is")
+
+
+@case("ZeroRequest: counts are relative to the zero from then on.")
+def shifts_the_zero(bench: Bench) -> None:
+    before = bench.sample().measured_counts[0]
+    if before is None or abs(before) > 30_000:
+        raise NotApplicableError("joint 1 has no encoder reading")
+
+    def reading_with_zero(zero: int) -> int:
+        answer = bench.ask(ZeroRequest(bench.token(), 1, zero, bench.host))
+        expect(answer.result is Result.OK, f"ZeroRequest was answered {answer}")
+        bench.samples.clear()
+        bench.sample()
+        bench.samples.clear()
+        counts = bench.sample().measured_counts[0]
+        expect(counts is not None, "no reading after a ZeroRequest")
+        assert counts is not None
+        return counts
+
+    raw = reading_with_zero(0)
+    try:
+        shifted = reading_with_zero(100)
+        expect(abs(shifted - (raw - 100)) <= 2, f"zero 100 took the reading from {raw} to {shifted}")
+    finally:
+        reading_with_zero(raw - before)  # as it was
+
+
+@case("TrimRequest: added to the pulse, not to the register.")
+def trims_the_servo(bench: Bench) -> None:
+    if not bench.simulated:
+        raise NotApplicableError("a trim cannot be read back: on a real robot it is left alone")
+    trim = 0.04
+    answer = bench.ask(TrimRequest(bench.token(), 1, trim, bench.host))
+    try:
+        expect(answer.result is Result.OK, f"TrimRequest was answered {answer}")
+        here = bench.arm()
+        sent = bench.stream(0.5, lambda t: here)
+        sample = bench.answered(sent[-1][0])
+        expect(sample, "the stream was not executed")
+        assert sample is not None
+        expect(abs(sample.applied_rad[0] - here[0]) < 2e-4, "a trim moved the register")
+        counts = sample.measured_counts[0]
+        assert counts is not None
+        moved = counts * bench.rad_per_count - here[0]
+        expect(abs(moved - trim) < 0.01, f"a trim of {trim} rad moved the joint by {moved:.3f} rad")
+    finally:
+        bench.make_safe()
+        bench.ask(TrimRequest(bench.token(), 1, 0.0, bench.host))

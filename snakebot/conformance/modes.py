@@ -1,0 +1,146 @@
+"""Modes and who may change them; the emergency stop, from anyone, always."""
+
+from __future__ import annotations
+
+import itertools
+
+from firmware_protocol.catalogue import (
+    NOBODY,
+    BoardHeartbeat,
+    EmergencyStop,
+    Fault,
+    FaultEvent,
+    InfoRequest,
+    InfoSerial,
+    Mode,
+    ModeRequest,
+    Result,
+    frame_id,
+)
+from firmware_protocol.frame import Frame
+from snakebot.conformance.bench import Bench, expect
+from snakebot.conformance.case import case
+
+ALLOWED = {
+    (Mode.DISARMED, Mode.ARMED),
+    (Mode.ARMED, Mode.HOLDING),
+    (Mode.ARMED, Mode.DISARMED),
+    (Mode.HOLDING, Mode.ARMED),
+    (Mode.HOLDING, Mode.DISARMED),
+    (Mode.STOPPED, Mode.DISARMED),
+    (Mode.FAULT, Mode.DISARMED),
+}
+
+
+def _wanted(start: Mode, wanted: Mode) -> tuple[Result, int]:
+    if wanted in (Mode.STOPPED, Mode.FAULT):
+        return Result.BAD_VALUE, 0
+    if wanted is start or (start, wanted) in ALLOWED:
+        return Result.OK, wanted
+    return Result.FORBIDDEN, start
+
+
+@case("Every transition of the table is answered ok, every other one forbidden, stopped and fault bad_value.")
+def keeps_the_table_of_modes(bench: Bench) -> None:
+    for start, wanted in itertools.product(Mode, Mode):
+        bench.fresh()
+        bench.enter(start)
+        answer = bench.go(wanted)
+        expect(
+            (answer.result, answer.detail) == _wanted(start, wanted),
+            f"{start.name.lower()} to {wanted.name.lower()} was answered {answer.result.name.lower()} "
+            f"(detail {answer.detail}), not {_wanted(start, wanted)[0].name.lower()} "
+            f"(detail {int(_wanted(start, wanted)[1])})",
+        )
+
+
+@case("The holder stands in the heartbeat; other hosts' requests are answered held, with the holder.")
+def is_held_by_one(bench: Bench) -> None:
+    bench.must_go(Mode.ARMED)
+    bench.must_go(Mode.HOLDING)
+    beat = bench.beat()
+    expect(beat.holder == bench.host, f"the heartbeat names holder {beat.holder:08x}, not {bench.host:08x}")
+    expect(beat.powered == 1, "a holding board has power for its servos")
+    for mode in Mode:
+        answer = bench.go(mode, bench.other)
+        expect(
+            (answer.result, answer.detail) == (Result.HELD, bench.host),
+            f"another host's request for {mode.name.lower()} was answered {answer.result.name.lower()} "
+            f"(detail {answer.detail:x})",
+        )
+    bench.send(InfoRequest(bench.other))
+    bench.wait(InfoSerial)  # everyone may ask
+    bench.must_go(Mode.DISARMED)
+    expect(bench.beat().holder == NOBODY, "a disarmed board is nobody's")
+    bench.must_go(Mode.ARMED, bench.other)
+    expect(bench.go(Mode.DISARMED).result is Result.HELD, "the host that held it before is another host now")
+    bench.must_go(Mode.DISARMED, bench.other)
+
+
+@case("Host 0 is nobody: its requests are bad_value.")
+def refuses_nobody(bench: Bench) -> None:
+    for mode in (Mode.DISARMED, Mode.ARMED, Mode.HOLDING):
+        answer = bench.go(mode, NOBODY)
+        expect((answer.result, answer.detail) == (Result.BAD_VALUE, 0), f"host 0 was answered {answer}")
+    expect(bench.beat().mode is Mode.DISARMED, "host 0 armed the board")
+
+
+@case("A request that comes twice is answered twice, and does no harm.")
+def takes_repeated_requests(bench: Bench) -> None:
+    request = ModeRequest(77, Mode.ARMED, bench.host)
+    first, second = bench.ask(request), bench.ask(request)
+    expect(first == second, f"the same request was answered {first}, then {second}")
+
+
+@case("Emergency stop from any mode, with any payload, from anyone: no power, FaultEvent, stopped.")
+def stops_from_any_mode(bench: Bench) -> None:
+    for mode in Mode:
+        for payload in (b"", b"\xff", b"\x00" * 5, b"\xff" * 8):
+            bench.fresh()
+            bench.enter(mode)
+            bench.heard.clear()
+            bench.send_frames([Frame(frame_id(EmergencyStop), payload)])
+            event = bench.wait(FaultEvent, 0.3, code=Fault.EMERGENCY_STOP)
+            answer = bench.go(Mode.ARMED)
+            expect(
+                (answer.result, answer.detail) == (Result.FORBIDDEN, Mode.STOPPED),
+                f"after a stop from {mode.name.lower()} with payload {payload.hex() or 'none'} "
+                f"arming was answered {answer}; {event}",
+            )
+    beat = bench.beat()
+    expect(
+        (beat.mode, beat.powered, beat.fault) == (Mode.STOPPED, 0, Fault.EMERGENCY_STOP),
+        f"the heartbeat of a stopped board is {beat}",
+    )
+
+
+@case("Every emergency stop is answered by a FaultEvent; its time is that of the first.")
+def answers_every_stop(bench: Bench) -> None:
+    times = []
+    for _ in range(3):
+        bench.send(EmergencyStop())
+        times.append(bench.wait(FaultEvent, 0.3, code=Fault.EMERGENCY_STOP).board_time_us)
+        bench.ping()
+    expect(len(set(times)) == 1, f"the stop is dated {times} us: its time is the one of the entry")
+
+
+@case("Stopped lasts until somebody disarms, whoever it is.")
+def stays_stopped(bench: Bench) -> None:
+    bench.arm()
+    bench.stop()
+    bench.wait(FaultEvent, code=Fault.EMERGENCY_STOP)
+    bench.tick([0.0] * bench.joints)
+    said = bench.listen(0.35)
+    beats = [m for m in said if isinstance(m, BoardHeartbeat)]
+    events = [m for m in said if isinstance(m, FaultEvent)]
+    expect(
+        beats and all(m.mode is Mode.STOPPED and not m.powered for m in beats),
+        f"heartbeats after a stop: {beats}",
+    )
+    expect(len(events) >= len(beats) - 1, "FaultEvent comes with every heartbeat until the stop is cleared")
+    bench.must_go(Mode.DISARMED, bench.other)
+    beat = bench.beat()
+    expect(
+        (beat.mode, beat.fault, beat.holder) == (Mode.DISARMED, Fault.NONE, NOBODY),
+        f"after disarming: {beat}",
+    )

@@ -1,0 +1,62 @@
+"""A reset in mid-run: everything is forgotten, and the host can tell."""
+
+from __future__ import annotations
+
+import itertools
+
+from firmware_protocol.catalogue import JointMode, Mode, Result, State
+from snakebot.conformance.bench import Bench, NotApplicableError, expect
+from snakebot.conformance.case import case
+
+
+def _press(bench: Bench) -> None:
+    if bench.reset is None:
+        raise NotApplicableError(
+            "nobody here can reset the board: switch it off and on by hand, and look at its boot id"
+        )
+    bench.reset()
+
+
+@case("A reset draws a new boot id, disarms, and makes all joints active.")
+def forgets_at_a_reset(bench: Bench) -> None:
+    if bench.reset is None:
+        _press(bench)
+    before = bench.beat().boot_id
+    expect(bench.set_joint_mode(1, JointMode.RIGID_HERE).result is Result.OK, "rigid_here was refused")
+    here = bench.arm()
+    bench.stream(0.1, lambda t: here)
+    _press(bench)
+    _, firmware, _ = bench.identify()
+    expect(firmware.boot_id != before, f"the boot id is {before} before and after a reset")
+    beat = bench.beat()
+    expect(
+        (beat.mode, beat.powered, beat.boot_id) == (Mode.DISARMED, 0, firmware.boot_id),
+        f"the heartbeat after a reset is {beat}",
+    )
+    bench.samples.clear()
+    here = bench.arm()
+    there = [here[0] + (0.01 if here[0] < 0 else -0.01), *here[1:]]
+    sent = bench.stream(0.3, lambda t: there)
+    last = bench.answered(sent[-1][0])
+    expect(last, "the stream after a reset was not executed")
+    assert last is not None
+    expect(abs(last.applied_rad[0] - there[0]) < 2e-4, "a joint was still rigid after a reset")
+
+
+@case("Boot ids differ from one reset to the next; counters start again.")
+def starts_again_at_a_reset(bench: Bench) -> None:
+    seen = []
+    for _ in range(4):
+        _press(bench)
+        seen.append(bench.identify()[1].boot_id)
+    expect(all(a != b for a, b in itertools.pairwise(seen)), f"boot ids after four resets: {seen}")
+    sent = bench.sent
+    _press(bench)
+    bench.identify()
+    counters = bench.counters()
+    expect(
+        counters.received <= bench.sent - sent,
+        f"Counters.received is {counters.received} after a reset and {bench.sent - sent} frames",
+    )
+    numbers = [m.sample for m in bench.heard if isinstance(m, State)][-1:]
+    expect(all(number < 200 for number in numbers), f"sample numbers after a reset: {numbers}")

@@ -1,0 +1,192 @@
+"""Every board of the project at the end of a link, ready for the suite."""
+
+from __future__ import annotations
+
+import select
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from snakebot.clock import Clock, MonotonicClock, VirtualClock
+from snakebot.conformance import Bench
+from snakebot.links import Link, open_link
+from snakebot.robot import load_robot
+from snakebot.simboard import InProcessLink, PtyEnd, SimBoard, serve
+
+ROOT = Path(__file__).resolve().parents[2]
+FIRMWARE = ROOT / "firmware_protocol/firmware"
+STARTS_S = 20.0
+
+
+def need(*programs: str) -> None:
+    for program in programs:
+        if shutil.which(program) is None:
+            pytest.skip(f"{program} is not installed")
+
+
+def make(target: str, out: Path, *more: str) -> str:
+    """Build a target of the firmware; what make printed."""
+    need("make", "cc")
+    done = subprocess.run(
+        ["make", "-C", str(FIRMWARE), target, f"OUT={out}", *more], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def bytes_of(link: Link) -> Callable[[bytes], None]:
+    """Raw bytes onto the stream under a serial link."""
+    stream: Any = link._stream  # type: ignore[attr-defined]
+    write: Callable[[bytes], None] = stream.write
+    return write
+
+
+@contextmanager
+def sim_in_process() -> Iterator[Bench]:
+    """The simulated board on a virtual clock."""
+    clock = VirtualClock()
+    board = SimBoard(load_robot("penn_state"))
+    raw: list[bytes] = []
+    link = InProcessLink(board, clock, to_board=lambda data: raw.pop() if raw else data)
+
+    def send_bytes(data: bytes) -> None:
+        raw.append(data)
+        link.send([])
+
+    yield Bench(
+        link, clock, send_bytes=send_bytes, reset=lambda: board.reset(clock.now_s()), tolerance_s=0.003
+    )
+
+
+@contextmanager
+def core_in_process(library: Any, *, can: bool = False, start_us: int = 0, joints: int = 5) -> Iterator[Bench]:
+    """The C core on a virtual clock."""
+    from core_bench import CoreBench, CoreLink
+
+    clock = VirtualClock()
+    bench = CoreBench(library, joints, start_us=start_us, time_constant_s=0.03)
+    link = CoreLink(bench, clock, can=can)
+    send_bytes = None if can else link.send_bytes
+    yield Bench(link, clock, send_bytes=send_bytes, reset=bench.reset, tolerance_s=0.003)
+
+
+@contextmanager
+def sim_over_pty() -> Iterator[Bench]:
+    """The simulated board behind a pseudo-terminal, in a thread of its own."""
+    clock = MonotonicClock()
+    end = PtyEnd()
+    board = SimBoard(load_robot("penn_state"))
+    stop = threading.Event()
+    thread = threading.Thread(target=serve, args=(board, end, clock, stop))
+    thread.start()
+    try:
+        with open_link(end.port) as link:
+            yield Bench(link, clock, send_bytes=bytes_of(link))
+    finally:
+        stop.set()
+        thread.join(10.0)
+        end.close()
+
+
+@contextmanager
+def _program(*command: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A program that prints the port to use in its first line."""
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        ready, _, _ = select.select([process.stdout], [], [], STARTS_S)
+        assert ready, f"{command[0]} printed no port within {STARTS_S} s"
+        yield process, process.stdout.readline().strip()
+    finally:
+        process.terminate()
+        process.wait(10.0)
+        if process.stdout is not None:
+            process.stdout.close()
+
+
+@contextmanager
+def sim_over_slcan() -> Iterator[Bench]:
+    """The simulated board as its own program, behind a serial CAN adapter."""
+    import json
+
+    command = [sys.executable, "-m", "snakebot", "board", "sim", "--can", "slcan", "--json"]
+    with _program(*command) as (_, line):
+        clock: Clock = MonotonicClock()
+        with open_link(json.loads(line)["port"]) as link:
+            yield Bench(link, clock)
+
+
+@contextmanager
+def host_firmware(program: Path, *options: str) -> Iterator[Bench]:
+    """The reference firmware as a Linux program."""
+    with _program(str(program), *options) as (process, port), open_link(port) as link:
+        send_bytes = None if "--slcan" in options else bytes_of(link)
+        yield Bench(
+            link,
+            MonotonicClock(),
+            send_bytes=send_bytes,
+            reset=lambda: _press(lambda: process.send_signal(signal.SIGUSR1)),
+        )
+
+
+def _press(reset: Callable[[], None]) -> None:
+    reset()
+    time.sleep(0.1)  # until it is up again
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as door:
+        port: int = door.getsockname()[1]
+        return port
+
+
+@contextmanager
+def qemu(image: Path) -> Iterator[tuple[str, Callable[[], None]]]:
+    """The Cortex-M image on an emulated MPS2 board; the port to use, and its reset button."""
+    need("qemu-system-arm")
+    serial, monitor = free_port(), free_port()
+    command = [
+        "qemu-system-arm", "-M", "mps2-an385", "-display", "none", "-kernel", str(image),
+        "-serial", f"tcp:127.0.0.1:{serial},server=on,wait=off,nodelay=on",
+        "-monitor", f"tcp:127.0.0.1:{monitor},server=on,wait=off,nodelay=on",
+    ]  # fmt: skip
+    process = subprocess.Popen(command)
+    try:
+        buttons = _connect(monitor)
+        try:
+            yield f"serial:socket://127.0.0.1:{serial}", lambda: _press(lambda: buttons.sendall(b"system_reset\n"))
+        finally:
+            buttons.close()
+    finally:
+        process.terminate()
+        process.wait(10.0)
+
+
+def _connect(port: int) -> socket.socket:
+    deadline = time.monotonic() + STARTS_S
+    while True:
+        try:
+            return socket.create_connection(("127.0.0.1", port))
+        except OSError:
+            if time.monotonic() > deadline:
+                raise
+            time.sleep(0.02)
+
+
+@contextmanager
+def cortex_m(image: Path) -> Iterator[Bench]:
+    """The reference firmware on an emulated Cortex-M3."""
+    with qemu(image) as (port, reset), open_link(port) as link:
+        yield Bench(link, MonotonicClock(), send_bytes=bytes_of(link), reset=reset, tolerance_s=0.03)
+
+

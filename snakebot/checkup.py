@@ -51,7 +51,7 @@ def percentile(sorted_values: list[float], share: float) -> float:
 
 def check_host(clock: Clock) -> list[Finding]:
     """Clock source, timer, processor speed: whether this computer can keep a tick."""
-    return [_versions(), *_clock_source(), _governor(), _timer(clock)]
+    return [_versions(), *clock_source(), governor(), _timer(clock)]
 
 
 def _versions() -> Finding:
@@ -63,9 +63,10 @@ def _versions() -> Finding:
     )
 
 
-def _clock_source(
+def clock_source(
     folder: Path = Path("/sys/devices/system/clocksource/clocksource0"),
 ) -> list[Finding]:
+    """What the kernel reads time from; nothing where it does not say."""
     source = read_text(folder / "current_clocksource")
     if source is None:
         return []
@@ -77,12 +78,13 @@ def _clock_source(
     return [Finding("clock source", Status.OK, f"{source}, resolution {resolution_ns:.0f} ns")]
 
 
-def _governor(path: Path = Path("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")) -> Finding:
-    governor = read_text(path)
-    if governor == "powersave":
+def governor(path: Path = Path("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")) -> Finding:
+    """Whether the processor may run as fast as it can."""
+    name = read_text(path)
+    if name == "powersave":
         advice = "late ticks? `sudo cpupower frequency-set -g performance`"
         return Finding("processor", Status.WARN, f"{os.cpu_count()} cores, governor powersave", advice)
-    return Finding("processor", Status.OK, f"{os.cpu_count()} cores, governor {governor or 'not switchable'}")
+    return Finding("processor", Status.OK, f"{os.cpu_count()} cores, governor {name or 'not switchable'}")
 
 
 def _timer(clock: Clock) -> Finding:

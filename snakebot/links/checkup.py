@@ -47,8 +47,8 @@ def check_device(device: str) -> list[Finding]:
         findings.append(Finding("use", Status.WARN, found, "end it if the port cannot be opened"))
     else:
         findings.append(Finding("use", Status.OK, "nobody else has it open"))
-    findings += _latency_timer(path)
-    findings += _modem_manager(path)
+    findings += latency_timer(path)
+    findings += modem_manager(path)
     return findings
 
 
@@ -103,7 +103,7 @@ def who_has(path: Path, proc: Path = Path("/proc")) -> list[tuple[int, str]]:
     return sorted(found)
 
 
-def _latency_timer(path: Path, sys: Path = Path("/sys/bus/usb-serial/devices")) -> list[Finding]:
+def latency_timer(path: Path, sys: Path = Path("/sys/bus/usb-serial/devices")) -> list[Finding]:
     """FTDI adapters hold bytes back until a timer runs out: 16 ms as delivered."""
     name = Path(os.path.realpath(path)).name
     timer = sys / name / "latency_timer"
@@ -119,7 +119,7 @@ def _latency_timer(path: Path, sys: Path = Path("/sys/bus/usb-serial/devices")) 
     return [Finding("latency timer", Status.WARN, f"{text} ms: each answer may wait that long", advice)]
 
 
-def _modem_manager(path: Path, proc: Path = Path("/proc")) -> list[Finding]:
+def modem_manager(path: Path, proc: Path = Path("/proc")) -> list[Finding]:
     """ModemManager talks to any new serial device for a while."""
     if not os.path.realpath(path).startswith(("/dev/ttyUSB", "/dev/ttyACM")):
         return []

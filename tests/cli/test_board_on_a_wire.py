@@ -1,0 +1,264 @@
+"""``snakebot board`` and ``snakebot doctor`` against a simulated board in a process of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from firmware_protocol.catalogue import Mode, catalogue_hash
+from snakebot.cli.main import main
+
+CONNECT = Path(__file__).parents[2] / "docs" / "connect.md"
+COMMAND = [sys.executable, "-m", "snakebot.cli.main"]
+
+
+@dataclass
+class Result:
+    status: int
+    out: str
+    err: str
+
+
+def snakebot(*arguments: str) -> Result:
+    """The command, in this process."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), pytest.raises(SystemExit) as ended:
+        main(list(arguments))
+    code = ended.value.code
+    return Result(code if isinstance(code, int) else 0, out.getvalue(), err.getvalue())
+
+
+@contextlib.contextmanager
+def served(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """``snakebot board sim`` with these arguments, and the first line that it prints."""
+    process = subprocess.Popen(
+        [*COMMAND, "board", "sim", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    try:
+        yield process, process.stdout.readline().strip()
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A runtime folder of our own: what other boards on this computer write is not seen."""
+    folder = tmp_path_factory.mktemp("runtime")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_RUNTIME_DIR", str(folder))
+        yield folder
+
+
+@pytest.fixture(scope="module")
+def port(folder: Path) -> Iterator[str]:
+    """A board behind a pseudo-terminal with a name."""
+    link = folder / "snake"
+    with served("--serial", "--symlink", str(link)) as (process, line):
+        assert line == f"--port serial:{link}"
+        yield f"serial:{link}"
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(20) == 0
+        assert not link.is_symlink()
+        assert not list(folder.rglob("*.json"))
+
+
+@pytest.fixture
+def no_other_ports(monkeypatch: pytest.MonkeyPatch) -> None:
+    """This computer has no adapters, and no network to ask."""
+    from snakebot.cli import board_list
+    from snakebot.links import discover
+
+    monkeypatch.setattr(discover, "serial_ports", list)
+    monkeypatch.setattr(discover, "can_ports", list)
+    monkeypatch.setattr(board_list, "MULTICAST", "serial:/dev/there-is-none")
+
+
+@pytest.mark.usefixtures("no_other_ports")
+def test_list_finds_the_simulated_board(port: str) -> None:
+    (found,) = json.loads(snakebot("board", "list", "--json").out)
+    assert found["port"] == port
+    assert found["what"].startswith("simulated board (process ")
+    assert port in snakebot("board", "list").out
+
+
+@pytest.mark.usefixtures("no_other_ports")
+def test_list_asks_who_is_there(port: str) -> None:
+    board, nobody = json.loads(snakebot("board", "list", "--probe", "--json").out)
+    assert board["board"]["joints"] == 5
+    assert board["board"]["simulated"] is True
+    assert nobody["board"] is None
+    assert "no such device" in nobody["answer"]
+    text = snakebot("board", "list", "--probe").out
+    assert "-> simulated board 1, 5 joints" in text
+
+
+@pytest.mark.usefixtures("folder", "no_other_ports")
+def test_list_of_nothing_says_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    result = snakebot("board", "list")
+    assert "board sim" in result.out
+    assert json.loads(snakebot("board", "list", "--json").out) == []
+
+
+def test_info_says_who_the_board_is(port: str) -> None:
+    info = json.loads(snakebot("board", "info", port, "--json").out)
+    assert info["joints"] == len(info["measured_rad"]) == len(info["applied_rad"]) == 5
+    assert info["catalogue_hash"] == f"{catalogue_hash():08x}"
+    assert info["counts_per_rev"] == 8192
+    assert info["watchdog_ms"] == 100
+    assert info["mode"] == "disarmed"
+    assert info["counters"]["corrupt"] == 0
+    text = snakebot("board", "info", port).out
+    assert re.search(r"mode +disarmed", text)
+
+
+@pytest.fixture(scope="module")
+def findings(port: str) -> dict[str, dict[str, str]]:
+    """What doctor finds on the board's port, by name."""
+    result = snakebot("doctor", port, "--json")
+    assert result.status == 0
+    return {finding["what"]: finding for finding in json.loads(result.out)["findings"]}
+
+
+def test_doctor_finds_a_healthy_board(findings: dict[str, dict[str, str]]) -> None:
+    assert {"versions", "clock source", "timer", "use", "round trip"} <= set(findings)
+    for what in ("device", "rights", "board", "agreement", "mode", "wire"):
+        assert findings[what]["status"] == "ok", findings[what]
+    assert findings["agreement"]["found"].count(f"{catalogue_hash():08x}") == 2
+    assert re.search(r"\d+\.\d\d ms \(median\), \d+\.\d\d ms \(p99\)", findings["round trip"]["found"])
+
+
+@pytest.mark.parametrize(
+    ("argument", "status", "text"),
+    [
+        ("serial:/dev/there-is-none", 3, "FAIL device"),
+        ("can:slcan//dev/there-is-none", 3, "FAIL device"),
+        ("serial:/dev/null", 3, "not a serial device"),
+        ("serial:socket://127.0.0.1:1", 3, "FAIL board"),
+    ],
+)
+def test_doctor_says_what_is_wrong(argument: str, status: int, text: str) -> None:
+    result = snakebot("doctor", argument)
+    assert result.status == status
+    assert text in result.out
+    assert json.loads(snakebot("doctor", argument, "--json").out)["exit_status"] == status
+
+
+def test_doctor_of_a_port_that_is_taken(port: str) -> None:
+    from snakebot.links import open_link
+
+    with open_link(port):
+        result = snakebot("doctor", port)
+    assert result.status == 3
+    assert "in use by another program" in result.out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["board", "sim"], "--serial, --tcp"),
+        (["board", "sim", "--serial", "--tcp", "5"], "choose one"),
+        (["board", "sim", "--tcp", "host"], "HOST:PORT"),
+        (["board", "sim", "--tcp", "127.0.0.1:65536"], "HOST:PORT"),
+        (["board", "sim", "--can", "socketcan"], "INTERFACE/CHANNEL"),
+        (["board", "sim", "--can", "nonsense/x"], "no CAN interface"),
+        (["board", "sim", "--tcp", "0", "--symlink", "x"], "pseudo-terminal"),
+        (["board", "sim", "--serial", "--effect", "nonsense"], "nonsense"),
+        (["board", "sim", "--serial", "--fault", "free:6"], "no joint 6"),
+        (["board", "sim", "--serial", "--robot", "nonsense"], "nonsense"),
+        (["board", "sim", "--serial", "--seed", "x"], "seed"),
+        (["board", "info", "nonsense"], "sim:, serial: or can:"),
+        (["doctor", "nonsense"], "sim:, serial: or can:"),
+        (["doctor", "can:nonsense/x"], "no CAN interface"),
+        (["board", "nonsense"], "nonsense"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(arguments: list[str], text: str) -> None:
+    result = snakebot(*arguments)
+    assert result.status == 2
+    assert text in result.err
+    assert result.out == ""
+    assert len(result.err.replace("\nTry: ", " ").strip().splitlines()) == 1
+
+
+def test_a_symlink_does_not_overwrite_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "precious"
+    file.write_text("data")
+    result = snakebot("board", "sim", "--serial", "--symlink", str(file))
+    assert result.status == 2
+    assert file.read_text() == "data"
+
+
+@pytest.mark.usefixtures("folder")
+def test_tcp_is_for_this_computer_and_for_more_than_one_host() -> None:
+    from snakebot.board import Board
+    from snakebot.clock import MonotonicClock
+    from snakebot.links import open_link
+
+    with served("--tcp", "--json") as (process, line):
+        port = json.loads(line)["port"]
+        assert re.fullmatch(r"serial:socket://127\.0\.0\.1:\d+", port)
+        with open_link(port) as one, open_link(port) as other:
+            for link in (one, other):
+                assert Board(link, MonotonicClock()).connect(10.0).joints == 5
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20) == 0
+
+
+@pytest.mark.usefixtures("folder")
+def test_slcan_with_a_joint_that_breaks() -> None:
+    from snakebot.board import Board
+    from snakebot.clock import MonotonicClock
+    from snakebot.links import open_link
+
+    with served("--can", "slcan", "--fault", "rigid:4=20", "--json") as (_, line):
+        port = json.loads(line)["port"]
+        assert re.fullmatch(r"can:slcan//dev/\S+\?bitrate=1000000", port)
+        with open_link(port) as link:
+            clock = MonotonicClock()
+            board = Board(link, clock)
+            board.connect(10.0)
+            while board.last_reading is None or abs(board.last_reading.measured_rad[3] - 0.349) > 0.01:
+                board.poll(0.1)  # it goes there by itself, disarmed as the board is
+            assert board.mode is Mode.DISARMED
+
+
+def commands() -> list[str]:
+    """Every snakebot command in the document that does not wait for Ctrl-C."""
+    found = re.findall(r"^\$ (snakebot .*)$", CONNECT.read_text(encoding="utf-8"), re.MULTILINE)
+    return [command for command in found if " board sim " not in command]
+
+
+def test_the_document_shows_commands() -> None:
+    assert len(commands()) >= 4
+
+
+@pytest.mark.usefixtures("no_other_ports")
+@pytest.mark.parametrize("command", commands())
+def test_every_command_of_the_document_works(
+    command: str, port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = snakebot(
+        *shlex.split(command)[1:-1], *[shlex.split(command)[-1].replace("serial:/dev/ttyUSB0", port)]
+    )
+    assert result.status == 0, result.err
+
+
+def test_the_document_names_every_finding(findings: dict[str, dict[str, str]]) -> None:
+    text = CONNECT.read_text(encoding="utf-8")
+    for what in set(findings) - {"versions", "board", "driver"}:
+        assert what in text

@@ -215,12 +215,10 @@ def _second_order(
 def _limit_torque(s: Any, p: Any, start: float, motor_rate: float, load: float, dt: float) -> None:
     """Hold a motor with an arm back to what its torque allows: load, and inertia times acceleration."""
     limit, inertia = p[TORQUE_LIMIT_NM], p[ARM_INERTIA_KG_M2]
-    wanted = (s[MOTOR] - start) / dt
-    gain = (s[MOTOR_RATE] if p[NATURAL_FREQ_RAD_S] > 0.0 else wanted) - motor_rate
-    needed = load + inertia * gain / dt
-    allowed = min(max(needed, -limit), limit)
-    if allowed != needed:
-        s[MOTOR_RATE] = wanted + (allowed - needed) * dt / inertia
+    rate = s[MOTOR_RATE] if p[NATURAL_FREQ_RAD_S] > 0.0 else (s[MOTOR] - start) / dt
+    needed = load + inertia * (rate - motor_rate) / dt
+    if abs(needed) > limit:
+        s[MOTOR_RATE] = motor_rate + (math.copysign(limit, needed) - load) * dt / inertia
         s[MOTOR] = start + s[MOTOR_RATE] * dt
 
 

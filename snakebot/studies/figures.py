@@ -9,7 +9,14 @@ from snakebot.errors import BadInputError
 from snakebot.studies.pareto import POWER, SPEED, Pareto
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.figure import Figure
+
+    from snakebot.studies.friction import FrictionFit, Measurement
+    from snakebot.studies.hyperredundancy import FaultCase
+    from snakebot.studies.near_optimum import Grid
+    from snakebot.studies.speed import SpeedRow
 
 
 def new_figure(columns: int = 1, width: float = 6.0, height: float = 4.0) -> Figure:
@@ -70,4 +77,73 @@ def pareto_figure(result: Pareto) -> Figure:
         )
         line.legend(frameon=False)
     line.set(xlabel="speed, m/s", ylabel="omega, rad/s", title="fastest gait of each omega")
+    return figure
+
+
+def grid_figure(grid: Grid) -> Figure:
+    """Speed and power over alpha and beta."""
+    figure = new_figure(columns=2, width=4.6)
+    pairs = (("speed, m/s", grid.speed_m_s), ("power, W", grid.power_w))
+    for axes, (name, values) in zip(figure.axes, pairs, strict=True):
+        axes.grid(visible=False)
+        image = axes.pcolormesh(grid.beta_deg, grid.alpha_deg, values, cmap="viridis")
+        for i, alpha in enumerate(grid.alpha_deg):
+            for j, beta in enumerate(grid.beta_deg):
+                axes.text(beta, alpha, f"{values[i, j]:.3f}", ha="center", va="center", fontsize=7, color="w")
+        axes.set(xlabel="beta, deg", ylabel="alpha, deg", title=f"{name} at omega {grid.omega_rad_s:g} rad/s")
+        figure.colorbar(image, ax=axes)
+    return figure
+
+
+def faults_figure(cases: Sequence[FaultCase]) -> Figure:
+    """Speed ratio and power ratio of single and double faults."""
+    shown = [case for case in cases if len(case.joints) in (1, 2)]
+    figure = new_figure(width=11)
+    axes = figure.axes[0]
+    places = range(len(shown))
+    colours = ["C0" if case.kind == "free" else "C3" for case in shown]
+    axes.bar(places, [case.speed_ratio for case in shown], color=colours)
+    axes.plot(places, [case.power_ratio for case in shown], "k_", markersize=9, label="power ratio")
+    axes.axhline(1.0, color="0.5", linewidth=0.8)
+    axes.set_xticks(places, [case.label for case in shown], rotation=90)
+    axes.set(ylabel="ratio to the healthy robot", title="speed with failed joints (blue free, red rigid)")
+    axes.legend(frameon=False)
+    return figure
+
+
+def speed_figure(rows: Sequence[SpeedRow]) -> Figure:
+    """Speed against omega for ideal joints, these servos and their fitted sines (Fig. 21); tracking error."""
+    figure = new_figure(columns=2, width=5.0)
+    speed, error = figure.axes
+    omega = [row.omega_rad_s for row in rows]
+    speed.plot(omega, [row.ideal_speed_m_s for row in rows], "-", color="0.6", label="ideal tracking")
+    speed.plot(omega, [row.speed_m_s for row in rows], "o-", label="with these servos")
+    speed.plot(omega, [row.sine_replay_speed_m_s for row in rows], "x", color="C3", label="replayed sines")
+    speed.set(xlabel="omega, rad/s", ylabel="speed, m/s", title="speed", ylim=(0, None))
+    speed.legend(frameon=False)
+    for joint in range(len(rows[0].tracking_error)):
+        error.plot(omega, [row.tracking_error[joint] for row in rows], ".-", label=f"joint {joint + 1}")
+    error.set(xlabel="omega, rad/s", ylabel="TE", title="tracking error (37)", ylim=(0, None))
+    error.legend(frameon=False)
+    return figure
+
+
+def friction_figure(table: Sequence[Measurement], fit: FrictionFit) -> Figure:
+    """Tangential and normal friction against velocity, measured and fitted (Figs. 12 and 14)."""
+    import numpy as np
+
+    from snakebot.studies.friction import forces
+
+    figure = new_figure(columns=2, width=4.6)
+    names = (("tangential", "ct", "ct0"), ("normal", "cn", "cn0"))
+    for axes, points, (name, slope, offset) in zip(figure.axes, forces(table, fit), names, strict=True):
+        axes.set(xlabel="velocity, m/s", ylabel="force, N", title=f"{name} friction of a link")
+        if not points or np.isnan(fit.estimate[slope]):
+            continue
+        velocity, force = np.array(points).T
+        line = np.linspace(0, velocity.max() * 1.05, 50)
+        axes.plot(velocity, force, "o")
+        label = f"{fit.estimate[slope]:.3g} v + {fit.estimate[offset]:.3g}"
+        axes.plot(line, fit.estimate[slope] * line + fit.estimate[offset], color="C3", label=label)
+        axes.legend(frameon=False)
     return figure

@@ -144,7 +144,7 @@ def fault_table(table: FaultTable) -> Table:
 
 def _speeds(section: Section, tables: PaperTables, runs: Sequence[RunAnalysis]) -> None:
     section.add(speed_table(tables.speeds))
-    ideal, replayed = [], []
+    ideal, replayed, harmonic = [], [], []
     for run in runs:
         p, name = (
             run.predictions,
@@ -155,11 +155,14 @@ def _speeds(section: Section, tables: PaperTables, runs: Sequence[RunAnalysis]) 
                 ideal.append((p.ideal.speed_m_s, run.speed_m_s, name))
             if p.sine_replay:
                 replayed.append((p.sine_replay.speed_m_s, run.speed_m_s, name))
+            if p.angle_replay:
+                harmonic.append((p.angle_replay.speed_m_s, run.speed_m_s, name))
     curves = [
         _cloud(name, points, color)
         for name, points, color in (
             ("ideal tracking", ideal, "predicted"),
             ("measured sines replayed", replayed, "measured"),
+            ("measured angles with harmonics replayed", harmonic, "applied"),
         )
         if points
     ]
@@ -175,15 +178,13 @@ def _speeds(section: Section, tables: PaperTables, runs: Sequence[RunAnalysis]) 
                 height=320,
             )
         )
-    with_te = [
-        (run.omega_rad_s, run.te, run.name) for run in runs if run.omega_rad_s and math.isfinite(run.te)
-    ]
+    healthy = [run for run in runs if run.omega_rad_s and not run.faults and not run.faults.changed]
+    with_te = [(run.omega_rad_s or 0.0, run.te, run.name) for run in healthy if math.isfinite(run.te)]
     if len(with_te) > 1:
-        points = [(float(omega), te, name) for omega, te, name in with_te]
         blocks.append(
             XYChart(
                 "Tracking error against frequency",
-                [_cloud("", points, "error")],
+                [_cloud("", with_te, "error")],
                 Axis("ω", "rad/s", 3),
                 Axis("TE (37)", "", 4),
                 height=320,
@@ -198,8 +199,13 @@ def _cloud(name: str, points: Sequence[tuple[float, float, str]], color: str) ->
 
 
 def _set_points(page: Page, runs: Sequence[RunAnalysis]) -> None:
-    """Fig. 22: two cycles of set-point and measured angle of one joint, from slow to fast."""
-    periodic = sorted((r for r in runs if r.omega_rad_s and not r.faults), key=lambda r: r.omega_rad_s or 0)
+    """Fig. 22: two cycles of set-point and measured angle of one joint, one run a frequency, from slow to fast."""
+    worst: dict[float, RunAnalysis] = {}
+    for run in runs:
+        if run.omega_rad_s and not run.faults and math.isfinite(run.te):
+            omega = round(run.omega_rad_s, 3)
+            worst[omega] = max(worst.get(omega, run), run, key=lambda r: r.te)
+    periodic = [worst[omega] for omega in sorted(worst)]
     if len(periodic) < 2:
         return
     if len(periodic) > SET_POINT_RUNS:
@@ -232,7 +238,7 @@ def _set_points(page: Page, runs: Sequence[RunAnalysis]) -> None:
         )
     section = page.section(
         f"Set-point and measured angle of joint {joint} (as Fig. 22)",
-        "The last two steady cycles of each run, from slow to fast; the joint is the one that tracks worst.",
+        "The last two steady cycles, from slow to fast; of each frequency the run that tracks worst.",
     )
     section.add_grid(*charts)
 

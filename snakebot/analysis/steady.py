@@ -2,8 +2,8 @@
 
 One cycle wide windows, half a cycle apart, are each described by the sines of every joint (command and
 measured) and by the distance the body covered. The steady state is the longest unbroken stretch of windows
-that agree with the middle one of them all; it is cut to whole cycles, counted from its end, because ramps
-and transients lie at the start.
+that agree with one of them; it is cut to whole cycles, counted from its end, because ramps and transients
+lie at the start.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from snakebot.analysis.sine import Array, fit_sine
 
 TOLERANCE = 0.01  # of the joint's amplitude, or of the distance a cycle
 MIN_SETTLED_CYCLES = 2
+MIN_SETTLED_SHARE = 0.2  # of all cycles: a drift, too, has a piece where it is slow
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def find_steady_state(
     if stretch is not None:
         low, high = stretch
         cycles = (high - low) // 2 + 1
-        if cycles >= MIN_SETTLED_CYCLES:
+        if cycles >= max(MIN_SETTLED_CYCLES, MIN_SETTLED_SHARE * count):
             window_end = min(float(first[high]) + period, end)
             left_out = count - cycles
             return SteadyState(
@@ -153,34 +154,41 @@ def _scatter(features: Array) -> Array:
     if len(features) < 6:
         return np.zeros(features.shape[1])
     second = features[4:] - 2 * features[2:-2] + features[:-4]
-    return np.nan_to_num(3 * 1.4826 * np.nanmedian(np.abs(second), axis=0) / math.sqrt(6))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return np.nan_to_num(3 * 1.4826 * np.nanmedian(np.abs(second), axis=0) / math.sqrt(6))
 
 
 def _longest_steady_stretch(features: Array) -> tuple[int, int] | None:
-    """First and last window of the longest stretch that agrees with the median window."""
+    """First and last window of the longest stretch in which all agree with one of them; of equals the latest."""
     known = np.isfinite(features)
     if len(features) < 3 or not known.any(axis=1).all():
         return None
+    tolerance = _tolerance(features)
+    best: tuple[int, int] | None = None
+    for centre in range(len(features)):
+        with np.errstate(invalid="ignore"):
+            agrees = np.all(
+                (np.abs(features - features[centre]) <= tolerance) | ~known | ~known[centre], axis=1
+            )
+        breaks = np.flatnonzero(~agrees)
+        low = int(breaks[breaks < centre].max(initial=-1)) + 1
+        high = int(breaks[breaks > centre].min(initial=len(features))) - 1
+        if best is None or high - low >= best[1] - best[0]:
+            best = (low, high)
+    return best
+
+
+def _tolerance(features: Array) -> Array:
+    """How far each feature may be from that of another window."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # a joint that is never known has no median
-        centre = np.nanmedian(features, axis=0)
-        joints = features.shape[1] // 6
-        amplitude = np.hypot(centre[0::3][: 2 * joints], centre[1::3][: 2 * joints])
-        largest = max(float(np.nanmax(amplitude, initial=0.0)), 1e-12)
-        scale = np.repeat(np.maximum(amplitude, 0.2 * largest), 3)
-        if features.shape[1] > 6 * joints:
-            # A body that hardly moves has no relative accuracy to speak of: twice the tolerance, and never
-            # below 1 mm.
-            scale = np.append(scale, max(2 * abs(float(centre[-1])), 1e-3 / TOLERANCE))
-        deviation = np.abs(features - centre)
-        agrees = np.all((deviation <= np.maximum(TOLERANCE * scale, _scatter(features))) | ~known, axis=1)
-    best: tuple[int, int] | None = None
-    start = None
-    for index, good in enumerate([*agrees, False]):
-        if good and start is None:
-            start = index
-        elif not good and start is not None:
-            if best is None or index - 1 - start >= best[1] - best[0]:
-                best = (start, index - 1)
-            start = None
-    return best
+        middle = np.nanmedian(features, axis=0)
+    joints = features.shape[1] // 6
+    amplitude = np.nan_to_num(np.hypot(middle[0::3][: 2 * joints], middle[1::3][: 2 * joints]))
+    largest = max(float(amplitude.max(initial=0.0)), 1e-12)
+    scale = np.repeat(np.maximum(amplitude, 0.2 * largest), 3)
+    if features.shape[1] > 6 * joints:
+        # A body that hardly moves has no relative accuracy to speak of: twice the tolerance, and never below 1 mm.
+        scale = np.append(scale, max(2 * abs(float(middle[-1])), 1e-3 / TOLERANCE))
+    return np.asarray(np.maximum(TOLERANCE * scale, _scatter(features)))

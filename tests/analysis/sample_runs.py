@@ -8,7 +8,7 @@ import numpy as np
 
 from snakebot.analysis.loading import Loaded
 from snakebot.effects import predict
-from snakebot.gait import Gait
+from snakebot.gait import Gait, GaitMotion
 from snakebot.robot import Robot, load_robot, robot_from_mapping
 from snakebot.runlog import Run
 
@@ -34,8 +34,7 @@ def snake_run(
     gait = Gait.from_degrees(alpha, beta, omega)
     ramp = 2.0
     t = np.arange(0, cycles * 2 * math.pi / omega + 2 * ramp, 1 / rate_hz)
-    envelope = np.clip(t / ramp, 0, 1) * np.clip((t[-1] - t) / ramp, 0, 1)
-    command = envelope[:, None] * gait.angles(t, robot.joints)
+    command = GaitMotion(gait, robot.joints, float(t[-1]), ramp, [0.0] * robot.joints).sampled(t)
     found = predict(robot, effects, t, command, body=pose)
     rng = np.random.default_rng(seed)
     measured = found.encoder_rad.copy()

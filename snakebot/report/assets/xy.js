@@ -52,7 +52,9 @@
         if (curve.mode === "points") {
           curve.x.forEach((x, i) => {
             if (!finite(x) || !finite(curve.y[i])) return;
-            c.beginPath(); c.arc(px(x), py(curve.y[i]), 4.5, 0, 7); c.fill();
+            c.beginPath();
+            if (index === 2) c.rect(px(x) - 4, py(curve.y[i]) - 4, 8, 8); else c.arc(px(x), py(curve.y[i]), index ? 6 : 4, 0, 7);
+            if (index) c.stroke(); else c.fill();  // rings and squares leave what lies under them visible
           });
         } else {
           c.globalAlpha = 0.9; c.beginPath();

@@ -405,8 +405,19 @@ class Bench:
         """Send one set-point that must be executed."""
         sample = self.answered(self.tick(angles_rad, interval_s, step))
         if sample is None:
+            self._blame_the_watchdog()
             raise ViolationError(f"a set-point was not executed: {why}")
         return sample
+
+    def _blame_the_watchdog(self) -> None:
+        """Raise if, by the board's own clock, we let 100 ms pass: what it did then proves nothing."""
+        fed = [m for m in self.heard if isinstance(m, State) and m.mode is Mode.ARMED]
+        for event in self.heard:
+            if isinstance(event, FaultEvent) and event.code is Fault.WATCHDOG and fed:
+                last = next(m for m in fed if m.sequence == fed[-1].sequence)  # later ones are unasked
+                silent_us = passed_us(event.board_time_us, last.board_time_us)
+                if silent_us >= 1000 * (self.firmware.watchdog_ms if self.firmware else 100) - 1000:
+                    raise HostStalledError("the watchdog ran out between two set-points of the host")
 
     def refused(self, sequence: int, why: str) -> None:
         """A set-point that was sent must not have been executed.

@@ -97,6 +97,7 @@ def refuses_wrong_latches(bench: Bench) -> None:
         assert isinstance(latch, Latch)
         _send(bench, [*parts, replace(latch, crc32=latch.crc32 ^ 1 << bit)])
         bench.refused(bench.sequence & 0xFFFF, f"bit {bit} of its CRC-32 was wrong")
+        bench.executed(here, "the one after a wrong CRC-32", _SHORT_S)
     bench.sequence += 1
     *parts, latch = _parts(bench, bench.sequence, here)
     assert isinstance(latch, Latch)
@@ -124,7 +125,7 @@ def refuses_corrupted_angles(bench: Bench) -> None:
         frames[joint // 3] = Frame(frames[joint // 3].id, bytes(data))
         bench.send_frames(frames)
         bench.refused(bench.sequence & 0xFFFF, f"an angle of joint {joint + 1} was corrupted")
-    bench.executed(here, "the one after corrupted ones", _SHORT_S)
+        bench.executed(here, "the one after a corrupted one", _SHORT_S)
 
 
 @case("A packet that was corrupted on the line is not executed; the stream goes on.")

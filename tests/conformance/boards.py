@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import select
 import shutil
 import signal
@@ -117,9 +118,8 @@ def _program(*command: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
 @contextmanager
 def sim_over_slcan() -> Iterator[Bench]:
     """The simulated board as its own program, behind a serial CAN adapter."""
-    import json
-
-    command = [sys.executable, "-m", "snakebot", "board", "sim", "--can", "slcan", "--json"]
+    program = "from snakebot.cli.main import main; main()"
+    command = [sys.executable, "-c", program, "board", "sim", "--can", "slcan", "--json"]
     with _program(*command) as (_, line):
         clock: Clock = MonotonicClock()
         with open_link(json.loads(line)["port"]) as link:

@@ -71,3 +71,9 @@ class LogError(SnakebotError):
     """A run log cannot be written or is not one."""
 
     exit_status = EXIT_LOG
+
+
+class UnreadableLogError(LogError):
+    """A file that was to be read is no run log, or holds what no run log holds."""
+
+    exit_status = EXIT_BAD_INPUT

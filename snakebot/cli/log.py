@@ -169,7 +169,9 @@ def export(logs: tuple[Path, ...], output: Path, form: str | None, as_json: bool
         if form == "attachment":
             if output.name not in log.attachments:
                 known = _plain(", ".join(log.attachments))
-                raise BadInputError(f"{logs[0]}: no attachment {output.name}; it has {known}")
+                raise BadInputError(
+                    f"{output}: neither a table (.csv, .csv.gz, .parquet) nor an attachment ({known})"
+                )
             _write(output, log.attachments[output.name])
             result = {"output": str(output), "bytes": len(log.attachments[output.name])}
         else:

@@ -21,7 +21,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Header, Metadata
 from mcap.writer import MCAP0_MAGIC
 
-from snakebot.errors import LogError
+from snakebot.errors import UnreadableLogError
 from snakebot.runlog import channels
 
 MAX_CHUNK_BYTES = 64 << 20  # decompressed; ours have about 256 KiB
@@ -54,17 +54,17 @@ class Container:
         """The messages, a list a chunk, in the order of the file.
 
         Raises:
-            LogError: not a run log, or one that would need more memory than any log does.
+            UnreadableLogError: not a run log, or one that would need more memory than any log does.
         """
         try:
             with self.path.open("rb") as file:
                 if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-                    raise LogError(f"{self.path}: not an MCAP log")
+                    raise UnreadableLogError(f"{self.path}: not an MCAP log")
                 self._header(file)
                 for data in self._records(file, self.path.stat().st_size):
                     yield self._cut(data)
         except OSError as error:
-            raise LogError(f"{self.path}: cannot read the log: {error.strerror or error}") from None
+            raise UnreadableLogError(f"{self.path}: cannot read the log: {error.strerror or error}") from None
 
     def _header(self, file: BinaryIO) -> None:
         head = file.read(_RECORD.size)
@@ -75,7 +75,7 @@ class Container:
                     return
             except (McapError, struct.error, UnicodeDecodeError):
                 pass  # said below
-        raise LogError(f"{self.path}: an MCAP file, but not a run log of snakebot")
+        raise UnreadableLogError(f"{self.path}: an MCAP file, but not a run log of snakebot")
 
     def _records(self, file: BinaryIO, size: int) -> Iterator[bytes]:
         """Go through the outer records; yields the decompressed chunks whose checksum fits."""
@@ -106,7 +106,9 @@ class Container:
             file.seek(length, 1)  # indexes, schemas, statistics: nothing that the rows need
             return
         if length > MAX_RECORD_BYTES:
-            raise LogError(f"{self.path}: byte {offset}: a record of {length} bytes is no log's; not read")
+            raise UnreadableLogError(
+                f"{self.path}: byte {offset}: a record of {length} bytes is no log's; not read"
+            )
         body = file.read(length)
         try:
             if opcode == Opcode.CHUNK:
@@ -146,10 +148,14 @@ class Container:
 
     def _admit(self, size: int, file_size: int, offset: int) -> None:
         if size > MAX_CHUNK_BYTES:
-            raise LogError(f"{self.path}: byte {offset}: a record of {size} bytes is no log's; not read")
+            raise UnreadableLogError(
+                f"{self.path}: byte {offset}: a record of {size} bytes is no log's; not read"
+            )
         self.bytes_read += size
         if self.bytes_read > min(MAX_TOTAL_BYTES, MAX_CHUNK_BYTES + MAX_RATIO * file_size):
-            raise LogError(f"{self.path}: unpacks to more than {self.bytes_read >> 20} MiB; not read")
+            raise UnreadableLogError(
+                f"{self.path}: unpacks to more than {self.bytes_read >> 20} MiB; not read"
+            )
 
     def _cut(self, data: bytes) -> list[Message]:
         """The messages of a chunk. Written for speed: one struct call and one slice a message."""
@@ -173,13 +179,15 @@ class Container:
                         self._channel(data[at + 9 : stop])
                 at = stop
         except (struct.error, UnicodeDecodeError, ValueError, McapError):
-            raise LogError(f"{self.path}: a chunk is not made of MCAP records; not a snakebot log") from None
+            raise UnreadableLogError(
+                f"{self.path}: a chunk is not made of MCAP records; not a snakebot log"
+            ) from None
         return messages
 
     def _channel(self, body: bytes) -> None:
         channel = Channel.read(ReadDataStream(BytesIO(body)))
         if len(self.topics) >= MAX_CHANNELS:
-            raise LogError(f"{self.path}: more than {MAX_CHANNELS} channels; no log has so many")
+            raise UnreadableLogError(f"{self.path}: more than {MAX_CHANNELS} channels; no log has so many")
         self.topics[channel.id] = channel.topic
 
 

@@ -18,7 +18,7 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from snakebot.errors import BadInputError, LogError
+from snakebot.errors import BadInputError, UnreadableLogError
 from snakebot.robot import Robot, robot_from_mapping
 from snakebot.runlog.channels import (
     EVENTS,
@@ -50,7 +50,7 @@ def read_log(path: str | os.PathLike[str]) -> RunLog:
     written. A ``.part`` is not ``complete``, and that alone is no problem.
 
     Raises:
-        LogError: no log of snakebot, or one that would need more memory than any log does.
+        UnreadableLogError: no log of snakebot, or one that would need more memory than any log does.
     """
     container = Container(Path(path))
     joints, poses, link, telemetry = JointsTable(), PoseTable(), NumbersTable(), NumbersTable()
@@ -69,7 +69,7 @@ def read_log(path: str | os.PathLike[str]) -> RunLog:
         return _assemble(container, joints, poses, link, telemetry, rows)
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         why = f"{type(error).__name__}: {error}"
-        raise LogError(f"{path}: a message does not fit its schema ({why})") from None
+        raise UnreadableLogError(f"{path}: a message does not fit its schema ({why})") from None
 
 
 @contextlib.contextmanager
@@ -275,12 +275,14 @@ def _robot(
         problems.append("the robot's description is missing")
         vectors = joints.parts.get("setpoint_rad")
         if not vectors and "joints" not in metadata:
-            raise LogError(f"{path}: too damaged: neither the robot's description nor a tick is left")
+            raise UnreadableLogError(
+                f"{path}: too damaged: neither the robot's description nor a tick is left"
+            )
         description = {"joints": vectors[0].shape[1] if vectors else metadata["joints"]}
     try:
         return robot_from_mapping(description, where)
     except BadInputError as error:
-        raise LogError(str(error)) from None
+        raise UnreadableLogError(str(error)) from None
 
 
 def _events(rows: list[Any]) -> Iterator[Event]:

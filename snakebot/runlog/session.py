@@ -47,6 +47,8 @@ def read_session(path: str | os.PathLike[str]) -> Session:
     folder = Path(path)
     if folder.name == SESSION_FILE:
         folder = folder.parent
+    if not folder.is_dir():
+        raise BadInputError(f"{folder}: no such session folder")
     where = folder / SESSION_FILE
     data = _load(where)
     robot = robot_from_mapping(data.get("robot"), f"{where}: robot")

@@ -93,7 +93,7 @@ def test_export_to_tables_sessions_and_attachments(tmp_path: Path, capsys: Captu
     assert (tmp_path / "snakebot.dbc").read_bytes() == b'VERSION ""'
     assert "exists already" in snakebot(capsys, "log", "export", log, tmp_path / "a.csv", status=2)
     assert "2 were given" in snakebot(capsys, "log", "export", log, other, tmp_path / "c.csv", status=2)
-    assert "no attachment" in snakebot(capsys, "log", "export", log, tmp_path / "x.dbc", status=2)
+    assert "nor an attachment" in snakebot(capsys, "log", "export", log, tmp_path / "x.dbc", status=2)
     assert "no such log" in snakebot(
         capsys, "log", "export", tmp_path / "no.mcap", tmp_path / "n.csv", status=2
     )
@@ -210,7 +210,7 @@ def test_recover(tmp_path: Path, capsys: Capture) -> None:
     assert "--output" in snakebot(capsys, "log", "recover", log.path, status=2)
     assert "no such log" in snakebot(capsys, "log", "recover", tmp_path / "gone.mcap.part", status=2)
     (tmp_path / "x.mcap.part").write_bytes(b"no log")
-    assert "not an MCAP log" in snakebot(capsys, "log", "recover", tmp_path / "x.mcap.part", status=6)
+    assert "not an MCAP log" in snakebot(capsys, "log", "recover", tmp_path / "x.mcap.part", status=2)
     assert not (tmp_path / "x.mcap").exists()
 
 

@@ -85,7 +85,7 @@ def test_a_changed_byte_never_makes_a_wrong_row(form: str, place: float, change:
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-@settings(max_examples=5000, deadline=None)
+@settings(max_examples=1500, deadline=None)
 @given(FORMS, PLACE, st.integers(1, 255))
 def test_thousands_of_changed_bytes_never_make_a_wrong_row(form: str, place: float, change: int) -> None:
     _change_a_byte(form, place, change)

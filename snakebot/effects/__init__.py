@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from snakebot.effects.prediction import Prediction, predict
     from snakebot.effects.registry import effects, find_effect
     from snakebot.effects.spec import EffectSpec, load_effect_set, parse_effect, parse_effects, robot_effects
-    from snakebot.effects.stages import Stages, assemble
+    from snakebot.effects.stages import Stages, assemble, with_unit_arm
 
 _HOME = {
     "Effect": "effect",
@@ -40,6 +40,7 @@ _HOME = {
     "parse_effects": "spec",
     "predict": "prediction",
     "robot_effects": "spec",
+    "with_unit_arm": "stages",
 }
 
 __all__ = [
@@ -63,6 +64,7 @@ __all__ = [
     "parse_effects",
     "predict",
     "robot_effects",
+    "with_unit_arm",
 ]
 
 

@@ -139,6 +139,11 @@ class Effect:
         return "it takes " + ", ".join(shown) if shown else "it takes no parameters"
 
 
+def knows_load(robot: Robot) -> bool:
+    """Whether the torque on the servos can be computed: there is a body, or an arm on the bench."""
+    return robot.body is not None or "arm" in (robot.servo.model_extra or {})
+
+
 @dataclass(frozen=True)
 class Affine:
     """A sensor filter that reads ``gain * angle + offset_rad``, (joints,) each."""

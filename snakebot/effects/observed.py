@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 Vector = npt.NDArray[np.float64]
 
 _RATE_WINDOW_S = 0.03  # shorter differences see the encoder's counts, not the motion
+_REST_S, _STILL_RAD = 0.2, 0.02  # a joint that is at rest
 
 
 class RunLike(Protocol):
@@ -110,6 +111,20 @@ class Observed:
                 if c.size > 2 and c.std() > 0 and m.std() > 0:
                     table[i, j] = np.corrcoef(c, m)[0, 1]
         return table
+
+    @cached_property
+    def hangs_at_rad(self) -> Vector:
+        """Where each joint came to rest while its servo was off: on a bench, straight down."""
+        rests: list[list[float]] = [[] for _ in range(self.robot.joints)]
+        for run in self.runs:
+            for j, found in enumerate(rests):
+                off = np.isnan(run.command_rad[:, j])
+                for part in np.split(np.arange(off.size), np.flatnonzero(np.diff(off)) + 1):
+                    last = run.measured_rad[part[run.t_s[part] > run.t_s[part[-1]] - _REST_S], j]
+                    long = run.t_s[part[-1]] - run.t_s[part[0]] > 3 * _REST_S
+                    if off[part[0]] and long and np.isfinite(last).any() and np.ptp(last) < _STILL_RAD:
+                        found.append(float(np.nanmedian(last)))
+        return np.array([np.median(found) if found else np.nan for found in rests])
 
     @cached_property
     def peak_load_nm(self) -> Vector:

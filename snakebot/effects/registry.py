@@ -32,6 +32,7 @@ LIBRARY = (
     "servo_lag",
     "rate_limit",
     "voltage_sag",
+    "torque_speed",
     "torque_limit",
     "joint_friction",
     "compliance",

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 Vector = npt.NDArray[np.float64]
 
+STANDARD_GRAVITY_M_S2 = 9.80665
+_UNIT_ARM_M = 0.15
+
 
 @dataclass(frozen=True)
 class Arm:
@@ -57,7 +60,7 @@ class Stages:
         arm = arm_of(robot)
         if arm is not None:
             inertia = arm.mass_kg * arm.length_m**2
-            rows[:, layout.ARM_GRAVITY_NM] = arm.mass_kg * 9.80665 * arm.length_m
+            rows[:, layout.ARM_GRAVITY_NM] = arm.mass_kg * STANDARD_GRAVITY_M_S2 * arm.length_m
             rows[:, layout.ARM_DOWN_RAD] = math.radians(arm.down_deg)
             rows[:, layout.ARM_INERTIA_KG_M2] = inertia
             rows[:, layout.ARM_DRAG_NM_S] = arm.drag_nm_s
@@ -182,6 +185,20 @@ def arm_of(robot: Robot) -> Arm | None:
             f"robot {robot.name}: servo.arm takes numbers for {keys}; mass_kg and length_m above zero"
         )
     return arm
+
+
+def with_unit_arm(robot: Robot, hangs_at_rad: float) -> Robot:
+    """A bench whose arm is not described, with one that weighs 1 N m when it is level.
+
+    What load effects then find in N m is in units of the true arm's weight. ``hangs_at_rad``: joint angle at which the
+    arm hangs straight down, as ``Observed.hangs_at_rad`` reads it off a drop test. A robot with a body, or with an arm
+    of its own, comes back as it is.
+    """
+    if robot.body is not None or arm_of(robot) is not None or not math.isfinite(hangs_at_rad):
+        return robot
+    arm = {"mass_kg": 1.0 / (STANDARD_GRAVITY_M_S2 * _UNIT_ARM_M), "length_m": _UNIT_ARM_M}
+    arm["down_deg"] = math.degrees(hangs_at_rad)
+    return robot.model_copy(update={"servo": robot.servo.model_copy(update={"arm": arm})})
 
 
 def filled(table: Vector) -> Vector:

@@ -279,6 +279,17 @@ def test_torque_limit_lets_a_heavy_arm_hang_short():
     )
 
 
+def test_torque_speed_is_a_line_from_no_load_to_stall():
+    """Lifting an arm of weight w goes at no_load (1 - w / stall), lowering it at no_load (1 + w / stall)."""
+    robot = bench(arm={"mass_kg": 1.0, "length_m": 0.1, "down_deg": -90})
+    t = np.arange(0, 0.2, 0.01)
+    weight, specs = 9.80665 * 0.1, ["torque_speed:no_load_rad_s=0.5,stall_nm=3"]
+    up = response(robot, specs, t, np.full((t.size, 1), 1.0), initial_rad=[0.0])
+    down = response(robot, specs, t, np.full((t.size, 1), -1.0), initial_rad=[0.0])
+    assert up[-1] == pytest.approx(0.5 * (1 - weight / 3) * t[-1], rel=0.01)
+    assert down[-1] == pytest.approx(-0.5 * (1 + weight / 3) * t[-1], rel=0.01)
+
+
 @pytest.mark.parametrize("joints", [None, (2, 4)])
 def test_subset_of_joints(joints):
     robot = load_robot("penn_state")

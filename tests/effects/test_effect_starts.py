@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from snakebot.effects import EffectSpec, Observed, Plant, effects, parse_effect, predict
+from snakebot.effects import EffectSpec, Observed, Plant, assemble, effects, parse_effect, predict
+from snakebot.effects.stages import with_unit_arm
 from snakebot.robot import load_robot, robot_from_mapping
 
 ROBOT = load_robot("penn_state")
@@ -64,7 +65,7 @@ def residual(robot, spec, runs, body):
     return np.concatenate(rows)
 
 
-LOAD = ("torque_limit", "joint_friction", "compliance")
+LOAD = ("torque_limit", "torque_speed", "joint_friction", "compliance")
 # Chance: no mean to fit. Counts of lost set-points: the mean is, but a single run is far from it.
 LEFT_OUT = ("encoder_noise", "wiring", "joint_free")
 FITTED = [
@@ -148,6 +149,23 @@ def test_starts_hold_for_poor_data(name):
         for start in effects()[name].starts(observed, joints):
             listed = joints if effects()[name].per_joint else None
             EffectSpec(name, start, listed and tuple(j + 1 for j in listed)).checked(ROBOT)
+
+
+def test_a_drop_test_tells_where_down_is():
+    arm = {"mass_kg": 0.5, "length_m": 0.1, "down_deg": -80, "drag_nm_s": 0.05}
+    robot = robot_from_mapping({"joints": 1, "servo": {"time_constant_s": 0.03, "arm": arm}}, "bench")
+    t = np.arange(0, 6, STEP_S)
+    command = np.where(t < 1, 0.0, np.nan)[:, None]
+    measured = predict(robot, (), t, command, initial_rad=[0.0]).encoder_rad
+    bare = robot_from_mapping({"joints": 1}, "bench")
+    observed = Observed(bare, [Run(t, command, measured, None), Run(t, 0 * command, measured, None)])
+    assert observed.hangs_at_rad == pytest.approx([np.radians(-80)], abs=0.01)
+    known = with_unit_arm(bare, float(observed.hangs_at_rad[0]))
+    level = assemble(known).torque_of(t, np.full((t.size, 1), np.radians(10)))
+    assert level == pytest.approx(1.0, abs=0.01)
+    assert with_unit_arm(known, 0.3) is known
+    assert with_unit_arm(ROBOT, 0.3) is ROBOT
+    assert with_unit_arm(bare, float("nan")) is bare
 
 
 def test_observed_figures():

@@ -103,7 +103,7 @@ def test_far_out_of_use_nothing_blows_up(spec):
 
 
 def test_felt_inertia_of_two_links():
-    """At relative rate 1 two equal rods turn by -1/2 and 1/2, their centres stay where they are: 2 J / 4 = m l^2 / 6."""
+    """At relative rate 1 two equal rods turn by -1/2 and 1/2, their centres stay in place: 2 J / 4 = m l^2 / 6."""
     body = ROBOT.body.model_copy(update={"links": 2})
     expected = body.link_mass_kg * body.half_length_m**2 / 6
     assert felt_inertia_kg_m2(ChainModel.from_body(body)) == pytest.approx([expected])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from snakebot.effects.effect import Effect
+from snakebot.effects.effect import Effect, knows_load
 from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
@@ -50,7 +50,7 @@ class Compliance(Effect):
         return [{"stiffness_nm_rad": self.parameters[0].clip(load / rest)}]
 
     def applies_to(self, robot: Robot) -> bool:
-        return robot.body is not None or "arm" in (robot.servo.model_extra or {})
+        return knows_load(robot)
 
 
 EFFECT = Compliance()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from snakebot.effects.effect import Effect
+from snakebot.effects.effect import Effect, knows_load
 from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
@@ -40,7 +40,7 @@ class TorqueLimit(Effect):
         return [{"limit_nm": self.parameters[0].clip(share * peak)} for share in (0.6, 0.9)]
 
     def applies_to(self, robot: Robot) -> bool:
-        return robot.body is not None or "arm" in (robot.servo.model_extra or {})
+        return knows_load(robot)
 
 
 EFFECT = TorqueLimit()

@@ -1,0 +1,58 @@
+"""A motor that slows down under load."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from snakebot.effects.effect import Effect, knows_load
+from snakebot.effects.parameter import Parameter
+from snakebot.physics import servo_layout as layout
+
+if TYPE_CHECKING:
+    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.observed import Observed
+    from snakebot.effects.spec import EffectSpec
+    from snakebot.robot import Robot
+
+
+class TorqueSpeed(Effect):
+    name = "torque_speed"
+    example = "torque_speed:no_load_rad_s=3,stall_nm=0.8"
+    stage = "servo"
+    summary = "The joint's speed limit falls on a straight line from no load to the torque at which the motor stalls."
+    mark = (
+        "A rate limit that is lower against the load than with it: rising slower than falling, with a weight."
+    )
+    confused_with = (
+        ("rate_limit", "the same both ways and under any load"),
+        ("torque_limit", "below the limit the load does not show"),
+        ("voltage_sag", "falls through the run, too"),
+    )
+    parameters = (
+        Parameter(
+            "no_load_rad_s", "rad/s", 0.05, 50.0, "limit without load", typical=5.0, spread=0.8, scale="log"
+        ),
+        Parameter(
+            "stall_nm", "N m", 0.005, 500.0, "torque that stops it", typical=1.5, spread=1.0, scale="log"
+        ),
+    )
+
+    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+        rows[joints, layout.RATE_LIMIT_RAD_S] = spec.value("no_load_rad_s")
+        rows[joints, layout.RATE_DROP_PER_S] = 0.0
+        rows[joints, layout.RATE_DROP_PER_NM] = 1.0 / spec.value("stall_nm")
+
+    def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
+        peak = observed.over(observed.peak_rate_rad_s, joints, 1.0)
+        load = observed.over(observed.peak_load_nm, joints, 1.0)
+        speed, stall = self.parameters
+        return [
+            {"no_load_rad_s": speed.clip(share * peak), "stall_nm": stall.clip(2.5 * load)}
+            for share in (0.9, 1.3)
+        ]
+
+    def applies_to(self, robot: Robot) -> bool:
+        return knows_load(robot)
+
+
+EFFECT = TorqueSpeed()

@@ -82,11 +82,9 @@ class Configuration:
             return Result.BAD_VALUE
         if self._machine.mode in (Mode.STOPPED, Mode.FAULT):
             return Result.FORBIDDEN
-        if self._machine.mode is not Mode.DISARMED:
-            in_force = self._register.limit(index, kind)
-            if value > in_force + _HALF_LIMIT_STEP:
-                return Result.FORBIDDEN
-            value = min(value, in_force)
+        looser = value > self._register.limit(index, kind) + _HALF_LIMIT_STEP
+        if looser and self._machine.mode is not Mode.DISARMED:
+            return Result.FORBIDDEN
         self._register.set_limit(index, kind, value)
         return Result.OK
 

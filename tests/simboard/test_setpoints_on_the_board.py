@@ -9,7 +9,7 @@ import pytest
 from board_rig import Rig, bench, samples
 
 from firmware_protocol.assembly import setpoint_messages
-from firmware_protocol.catalogue import Latch, Message, Mode, Setpoint, State, encode
+from firmware_protocol.catalogue import Counters, Latch, Message, Mode, Setpoint, State, encode
 from firmware_protocol.frame import Frame
 
 
@@ -128,6 +128,8 @@ def test_setpoints_are_dropped_in_every_other_mode(mode: Mode) -> None:
         rig.advance(0.01)
         assert not [m for m in rig.tick([0.3] * 5) if isinstance(m, State)]
     assert len(rig.plant.commands) == before
+    counters = [m for m in rig.advance(1.0) if isinstance(m, Counters)][-1]
+    assert counters.dropped == 3
 
 
 def test_frames_of_before_arming_do_not_count_after_it() -> None:
@@ -137,6 +139,30 @@ def test_frames_of_before_arming_do_not_count_after_it() -> None:
     rig.go(Mode.ARMED)
     rig.advance(0.01)
     assert not executed(rig, rig.say(messages[-1]))
+
+
+def test_frames_of_before_holding_do_not_count_after_it() -> None:
+    rig = armed()
+    rig.advance(0.01)
+    messages = setpoint_messages(1, [0.0] * 5, 0.01)
+    rig.say(*messages[:-1])
+    rig.go(Mode.HOLDING)
+    rig.go(Mode.ARMED)
+    rig.advance(0.01)
+    assert not executed(rig, rig.say(messages[-1]))
+
+
+def test_holding_takes_the_speed_out() -> None:
+    rig = armed(1)
+    for number in range(1, 40):
+        rig.advance(0.01)
+        rig.tick([0.0005 * number**2])
+    rig.go(Mode.HOLDING)
+    held = rig.board._register.applied_rad
+    rig.go(Mode.ARMED)
+    rig.advance(0.01)
+    rig.tick(held)
+    assert rig.board._register.applied_rad == pytest.approx(held, abs=2e-4)
 
 
 def test_a_burst_after_a_stall_cannot_outrun_the_limits() -> None:

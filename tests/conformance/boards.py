@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import select
-import shutil
 import signal
 import socket
 import subprocess
@@ -16,7 +15,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import pytest
+from building import need
+from core_bench import CoreBench, CoreLink
 
 from snakebot.clock import Clock, MonotonicClock, VirtualClock
 from snakebot.conformance import Bench
@@ -24,25 +24,7 @@ from snakebot.links import Link, open_link
 from snakebot.robot import load_robot
 from snakebot.simboard import InProcessLink, PtyEnd, SimBoard, serve
 
-ROOT = Path(__file__).resolve().parents[2]
-FIRMWARE = ROOT / "firmware_protocol/firmware"
 STARTS_S = 20.0
-
-
-def need(*programs: str) -> None:
-    for program in programs:
-        if shutil.which(program) is None:
-            pytest.skip(f"{program} is not installed")
-
-
-def make(target: str, out: Path, *more: str) -> str:
-    """Build a target of the firmware; what make printed."""
-    need("make", "cc")
-    done = subprocess.run(
-        ["make", "-C", str(FIRMWARE), target, f"OUT={out}", *more], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
 
 
 def bytes_of(link: Link) -> Callable[[bytes], None]:
@@ -70,10 +52,10 @@ def sim_in_process() -> Iterator[Bench]:
 
 
 @contextmanager
-def core_in_process(library: Any, *, can: bool = False, start_us: int = 0, joints: int = 5) -> Iterator[Bench]:
+def core_in_process(
+    library: Any, *, can: bool = False, start_us: int = 0, joints: int = 5
+) -> Iterator[Bench]:
     """The C core on a virtual clock."""
-    from core_bench import CoreBench, CoreLink
-
     clock = VirtualClock()
     bench = CoreBench(library, joints, start_us=start_us, time_constant_s=0.03)
     link = CoreLink(bench, clock, can=can)
@@ -162,9 +144,13 @@ def qemu(image: Path) -> Iterator[tuple[str, Callable[[], None]]]:
     ]  # fmt: skip
     process = subprocess.Popen(command)
     try:
+        _connect(serial).close()  # it listens there too
         buttons = _connect(monitor)
         try:
-            yield f"serial:socket://127.0.0.1:{serial}", lambda: _press(lambda: buttons.sendall(b"system_reset\n"))
+            yield (
+                f"serial:socket://127.0.0.1:{serial}",
+                lambda: _press(lambda: buttons.sendall(b"system_reset\n")),
+            )
         finally:
             buttons.close()
     finally:
@@ -188,5 +174,3 @@ def cortex_m(image: Path) -> Iterator[Bench]:
     """The reference firmware on an emulated Cortex-M3."""
     with qemu(image) as (port, reset), open_link(port) as link:
         yield Bench(link, MonotonicClock(), send_bytes=bytes_of(link), reset=reset, tolerance_s=0.03)
-
-

@@ -1,26 +1,14 @@
-"""The firmware built once for all tests, the tools that make its files, and the core with time in the test's hands."""
+"""The tools that make the firmware's files, and the core with time in the test's hands."""
 
 from __future__ import annotations
 
 import ctypes
 import importlib.util
-import shutil
-import subprocess
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
-
-ROOT = Path(__file__).resolve().parents[2]
-FIRMWARE = ROOT / "firmware_protocol/firmware"
-
-
-def need(*programs: str) -> None:
-    """Skip, saying so, where a program is missing."""
-    for program in programs:
-        if shutil.which(program) is None:
-            pytest.skip(f"{program} is not installed")
+from building import BUILD, ROOT, make
 
 
 def load_tool(name: str) -> ModuleType:
@@ -30,14 +18,6 @@ def load_tool(name: str) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
-
-
-def build(target: str, out: Path) -> None:
-    need("make", "cc")
-    done = subprocess.run(
-        ["make", "-C", str(FIRMWARE), target, f"OUT={out}"], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
 
 
 @pytest.fixture(scope="session")
@@ -51,8 +31,7 @@ def make_vectors() -> ModuleType:
 
 
 @pytest.fixture(scope="session")
-def bench_library(tmp_path_factory: pytest.TempPathFactory) -> Any:
+def bench_library() -> Any:
     """The core behind the HAL of port/bench, as ctypes sees it."""
-    out = tmp_path_factory.mktemp("firmware")
-    build("bench", out)
-    return ctypes.CDLL(str(out / "bench.so"))
+    make("bench")
+    return ctypes.CDLL(str(BUILD / "bench.so"))

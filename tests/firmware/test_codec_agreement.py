@@ -62,6 +62,7 @@ def test_dbc_c_python_and_vectors_agree(make_codec: ModuleType) -> None:
     )
 
 
+# ruff: noqa: E501
 # What a hand slips into; the last column: who notices by more than the hash.
 CHANGES = [
     ("a signal moved by a bit", r"(SG_ request : )16\|11", r"\g<1>17|11", "vectors"),

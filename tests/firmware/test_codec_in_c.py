@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from conftest import FIRMWARE, ROOT, need
+from building import FIRMWARE, ROOT, need
 
 from firmware_protocol.catalogue import database
 
@@ -24,7 +24,14 @@ HEAD = """
 
 static int wrong;
 static int checked;
-#define CHECK(what, condition) do { checked++; if (!(condition)) { wrong++; printf("wrong: %s\\n", what); } } while (0)
+static void CHECK(const char *what, int right)
+{
+    checked++;
+    if (!right) {
+        wrong++;
+        printf("wrong: %s\\n", what);
+    }
+}
 
 static struct sb_frame heard;
 static unsigned corrupt;

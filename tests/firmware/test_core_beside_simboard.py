@@ -1,4 +1,4 @@
-"""Two boards that share no code, side by side: the C core and the simulated board, fed the same frames at the same times.
+"""Two boards that share no code, side by side: the C core and the simulated board, fed the same frames at one time.
 
 What they say must be the same, frame by frame: an angle may differ by one step of the wire (single precision in C).
 """

@@ -1,0 +1,34 @@
+"""The firmware built once. The benches of tests/firmware are importable here too."""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "firmware"))
+
+from building import BUILD, make, need
+
+
+@pytest.fixture(scope="session")
+def core_library() -> Any:
+    make("bench")
+    return ctypes.CDLL(str(BUILD / "bench.so"))
+
+
+@pytest.fixture(scope="session")
+def host_program() -> Path:
+    """The board as a Linux program, with address and undefined-behaviour sanitizers."""
+    make("sanitized")
+    return BUILD / "snakebot_board_sanitized"
+
+
+@pytest.fixture(scope="session")
+def cortex_m_image() -> Path:
+    need("arm-none-eabi-gcc", "qemu-system-arm")
+    make("cortex_m")
+    return BUILD / "snakebot_cortex_m.elf"

@@ -1,0 +1,132 @@
+"""The same cases, unchanged, on every board of the project.
+
+Boards on a virtual clock take all cases in the default suite; boards on a real wire take time, and are slow tests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import boards
+import pytest
+
+from snakebot.conformance import Bench, Case, Verdict, cases, run_case
+
+QUICK = [case for case in cases() if not case.long]
+REAL_TIME = [
+    "simulated-pty",
+    "simulated-slcan",
+    "host-pty",
+    "host-slcan",
+    "host-16-joints",
+    "host-1-joint-across-the-wrap-of-its-clock",
+    "cortex-m-qemu",
+]
+SERIAL_ONLY = {
+    "counts_bad_packets",
+    "takes_zeros_and_single_bytes",
+    "survives_noise",
+    "survives_corrupted_packets",
+}
+WITH_RESET_ONLY = {"forgets_at_a_reset", "starts_again_at_a_reset"}
+
+
+def ask(case: Case, bench: Bench) -> None:
+    outcome = run_case(case, bench)
+    if outcome.verdict is Verdict.SKIPPED:
+        expected = (case.name in SERIAL_ONLY and bench.send_bytes is None) or (
+            case.name in WITH_RESET_ONLY and bench.reset is None
+        )
+        if "too busy" not in outcome.detail:
+            assert expected, outcome.detail
+        pytest.skip(outcome.detail)
+    assert outcome.verdict is Verdict.PASSED, "\n".join([f"{case.rule}\n{outcome.detail}", *outcome.traffic])
+
+
+@pytest.fixture(scope="module")
+def sim() -> Iterator[Bench]:
+    with boards.sim_in_process() as bench:
+        yield bench
+
+
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=[pytest.mark.slow] * case.long, id=case.name) for case in cases()],
+)
+def test_simulated_board(case: Case, sim: Bench) -> None:
+    ask(case, sim)
+
+
+@pytest.mark.parametrize("case", cases(), ids=lambda case: case.name)
+def test_core(case: Case, core_library: Any) -> None:
+    with boards.core_in_process(core_library) as bench:
+        ask(case, bench)
+
+
+@pytest.mark.parametrize("case", QUICK, ids=lambda case: case.name)
+def test_core_over_can(case: Case, core_library: Any) -> None:
+    with boards.core_in_process(core_library, can=True) as bench:
+        ask(case, bench)
+
+
+@pytest.mark.parametrize("joints", [1, 16])
+@pytest.mark.parametrize("case", QUICK, ids=lambda case: case.name)
+def test_core_across_the_wrap_of_its_clock(case: Case, joints: int, core_library: Any) -> None:
+    """The clock wraps within the case, at another moment for each number of joints."""
+    start_us = (1 << 32) - 170_000 - 30_000 * joints
+    with boards.core_in_process(core_library, start_us=start_us, joints=joints) as bench:
+        ask(case, bench)
+
+
+@pytest.fixture(scope="module")
+def real_board(request: pytest.FixtureRequest) -> Iterator[Bench]:
+    name: str = request.param
+
+    def host(*options: str) -> Any:
+        program: Path = request.getfixturevalue("host_program")
+        return boards.host_firmware(program, *options)
+
+    with ExitStack() as stack:
+        if name == "simulated-pty":
+            made = boards.sim_over_pty()
+        elif name == "simulated-slcan":
+            made = boards.sim_over_slcan()
+        elif name == "host-pty":
+            made = host()
+        elif name == "host-slcan":
+            made = host("--slcan")
+        elif name == "host-16-joints":
+            made = host("--joints", "16", "--counts", "65535")
+        elif name == "host-1-joint-across-the-wrap-of-its-clock":
+            made = host("--joints", "1", "--clock-offset", str((1 << 32) - 15_000_000), "--start", "25")
+        else:
+            made = boards.cortex_m(request.getfixturevalue("cortex_m_image"))
+        yield stack.enter_context(made)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", QUICK, ids=lambda case: case.name)
+@pytest.mark.parametrize("real_board", REAL_TIME, indirect=True)
+def test_real_time(case: Case, real_board: Bench) -> None:
+    ask(case, real_board)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", [case for case in cases() if case.long], ids=lambda case: case.name)
+@pytest.mark.parametrize("real_board", ["host-pty", "host-slcan", "cortex-m-qemu"], indirect=True)
+def test_real_time_long(case: Case, real_board: Bench) -> None:
+    ask(case, real_board)
+
+
+IN_BRIEF = ["identifies_itself", "takes_golden_frames", "answers_each_setpoint", "faults_without_a_setpoint"]
+
+
+@pytest.mark.parametrize("name", IN_BRIEF)
+@pytest.mark.parametrize("real_board", ["host-pty", "host-slcan", "cortex-m-qemu"], indirect=True)
+def test_real_time_in_brief(name: str, real_board: Bench) -> None:
+    """What the default suite has time for on a real wire."""
+    (case,) = (case for case in cases() if case.name == name)
+    ask(case, real_board)

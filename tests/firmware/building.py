@@ -1,0 +1,34 @@
+"""The firmware built with make, once for all test processes; later runs build only what has changed."""
+
+from __future__ import annotations
+
+import fcntl
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+FIRMWARE = ROOT / "firmware_protocol/firmware"
+BUILD = ROOT / "build/firmware"
+
+
+def need(*programs: str) -> None:
+    """Skip, saying so, where a program is missing."""
+    for program in programs:
+        if shutil.which(program) is None:
+            pytest.skip(f"{program} is not installed")
+
+
+def make(target: str) -> str:
+    """Build a target; what make printed."""
+    need("make", "cc")
+    BUILD.mkdir(parents=True, exist_ok=True)
+    with (BUILD / ".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        done = subprocess.run(
+            ["make", "-C", str(FIRMWARE), target, f"OUT={BUILD}"], capture_output=True, text=True, check=False
+        )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
     from snakebot.runlog import Run
 
-SESSION_FILE = "session.yaml"
-
 
 @dataclass(frozen=True)
 class Loaded:
@@ -35,15 +33,20 @@ def load(paths: Sequence[str | Path], robot: Robot | None = None) -> list[Loaded
         BadInputError: a path is none of these, or has another number of joints than ``robot``.
         LogError: a file is no run log.
     """
-    out = [item for path in paths for item in _load(Path(path))]
-    if robot is None:
-        return out
+    from snakebot.runlog import open_session
+
+    out = []
+    for path in paths:
+        if not Path(path).exists():
+            raise BadInputError(f"{path}: no such log or session")
+        session = open_session(path)
+        out += [Loaded(run, robot or session.robot, Path(path)) for run in session.runs]
     for item in out:
-        if item.run.joints != robot.joints:
+        if item.run.joints != item.robot.joints:
             raise BadInputError(
-                f"{item.source}: has {item.run.joints} joints, the robot {robot.name} has {robot.joints}"
+                f"{item.source}: has {item.run.joints} joints, the robot {item.robot.name} has {item.robot.joints}"
             )
-    return [Loaded(item.run, robot, item.source) for item in out]
+    return out
 
 
 def load_one(path: str | Path, robot: Robot | None = None) -> Loaded:
@@ -54,31 +57,7 @@ def load_one(path: str | Path, robot: Robot | None = None) -> Loaded:
     """
     found = load([path], robot)
     if len(found) > 1:
-        names = ", ".join(item.run.name for item in found[:4]) + (", ..." if len(found) > 4 else "")
         raise BadInputError(
-            f"{path}: holds {len(found)} runs; name one, for example {Path(path) / found[0].run.name} ({names})"
+            f"{path}: holds {len(found)} runs; name one, for example {Path(path) / found[0].run.name}"
         )
     return found[0]
-
-
-def _load(path: Path) -> list[Loaded]:
-    from snakebot.runlog import read_log, read_session
-
-    if not path.exists():
-        raise BadInputError(f"{path}: no such log or session")
-    if path.is_dir() or path.name == SESSION_FILE:
-        session = read_session(path)
-        return [Loaded(run, session.robot, path) for run in session.runs]
-    if path.name.endswith((".mcap", ".mcap.part", ".part")):
-        log = read_log(path)
-        return [Loaded(log.to_run(), log.robot, path)]
-    if (path.parent / SESSION_FILE).is_file():
-        session = read_session(path.parent)
-        for run in session.runs:
-            if run.name == path.name:
-                return [Loaded(run, session.robot, path)]
-        raise BadInputError(f"{path}: {path.parent / SESSION_FILE} does not list this run")
-    raise BadInputError(
-        f"{path}: neither a run log (.mcap), a session folder, nor a run of one; "
-        "other tables: snakebot log import"
-    )

@@ -16,7 +16,7 @@ def motion(t, joints=2):
     return ramp[:, None] * np.sin(2.3 * t[:, None] + np.arange(joints))
 
 
-@settings(deadline=None, max_examples=20)
+@settings(deadline=None, max_examples=10)
 @given(shift=st.floats(-4, 4), rate=st.sampled_from([50.0, 73.0, 100.0]), seed=st.integers(0, 3))
 def test_recovers_a_fractional_shift_between_different_beats(shift, rate, seed):
     t_a, t_b = times(14, 50, jitter_s=0.003, seed=seed), times(14, rate)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from signals import rate_limited, times
 
@@ -89,6 +89,7 @@ def test_too_little_data_is_no_fit():
     assert fit_sine(t, np.sin(t), math.nan) is None
 
 
+@settings(max_examples=25)
 @given(omega=st.floats(0.6, 9), phase=st.floats(0, 6))
 def test_estimates_the_frequency_of_a_gait(omega, phase):
     t = times(max(4 * 2 * math.pi / omega, 6), 100, jitter_s=0.002)

@@ -182,9 +182,11 @@ def test_zoom_legend_theme_and_animation_answer(browser, tmp_path):
 
 
 def test_long_names_and_wide_tables_stay_within_a_phone(browser, tmp_path):
-    from snakebot.report import Column, Facts, Page, Table
+    from snakebot.report import Axis, Column, Facts, Line, LineChart, Page, Table
 
     page = Page("x" * 300, "y" * 300, "z" * 300)
+    t = np.linspace(0, 1, 50)
+    page.section("long").add(LineChart("u" * 200, t, [Line("s" * 150, t)], Axis("r" * 90), Axis("q" * 90)))
     page.section("w" * 200, "v" * 300).add(Facts([("a" * 80, "b" * 80, "c" * 80)])).add(
         Table([Column(f"column {i}") for i in range(30)], [list(np.arange(30.0))], "t" * 100)
     )

@@ -24,7 +24,7 @@ Examples:
 """
 
 
-@click.command("replay", epilog=EPILOG)
+@click.command("replay", short_help="Send recorded set-points again.", epilog=EPILOG)
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("--port", default=SIM, show_default=True, help="Where the board is; see `snakebot board list`.")
 @click.option("--robot", "robot_source", help="Robot description with its limits [the one in LOG].")

@@ -163,7 +163,7 @@ class Observed:
                 good = np.isfinite(command) & np.isfinite(run.measured_rad[:, j]) & np.isfinite(rate)
                 rows.append(np.stack([command[good], np.ones(good.sum()), -rate[good]], axis=1))
                 right.append(run.measured_rad[good, j])
-            a, b = np.concatenate(rows), np.concatenate(right)
+            a, b = np.concatenate([np.zeros((0, 3)), *rows]), np.concatenate([np.zeros(0), *right])
             if b.size < 4:
                 continue
             found = np.linalg.lstsq(a, b, rcond=None)[0]

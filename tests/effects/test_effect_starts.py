@@ -145,8 +145,9 @@ def test_starts_hold_for_poor_data(name):
     holes = still.copy()
     holes[:, 2] = np.nan
     observed = Observed(ROBOT, [Run(t, still, holes, None), Run(t, holes, still, None)])
+    short = Observed(ROBOT, [Run(t[:2], still[:2], still[:2], None)])
     for joints in ((0, 1, 2, 3, 4), (2,)):
-        for start in effects()[name].starts(observed, joints):
+        for start in effects()[name].starts(observed, joints) + effects()[name].starts(short, joints):
             listed = joints if effects()[name].per_joint else None
             EffectSpec(name, start, listed and tuple(j + 1 for j in listed)).checked(ROBOT)
 

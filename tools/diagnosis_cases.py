@@ -17,7 +17,15 @@ from snakebot.robot import Body, Friction, Robot, Servo, load_robot
 from snakebot.runlog import Run, Session
 
 SETS = {"tune": 10_000_000, "calibrate": 20_000_000, "test": 30_000_000}  # first seed of each; a million each
-GAITS = ((66, 80, 2.0), (45, 80, 3.0), (30, 80, 4.0), (50, 60, 1.0), (25, 100, 5.0), (60, 70, 1.5), (35, 90, 2.5))
+GAITS = (
+    (66, 80, 2.0),
+    (45, 80, 3.0),
+    (30, 80, 4.0),
+    (50, 60, 1.0),
+    (25, 100, 5.0),
+    (60, 70, 1.5),
+    (35, 90, 2.5),
+)
 
 
 @dataclass(frozen=True)
@@ -45,7 +53,7 @@ def draw_effect(name: str, rng: np.random.Generator, joints: int, strength: floa
         case "command_loss":
             return EffectSpec(name, {"probability": min(0.85, 0.5 * s)})
         case "clock_drift":
-            return EffectSpec(name, {"ppm": sign * 4000 * s})
+            return EffectSpec(name, {"ppm": 4000 * s})
         case "servo_lag":
             values = {"time_constant_s": 0.03 + 0.05 * s}
         case "second_order":
@@ -185,7 +193,8 @@ def make_case(
         made = [replace(run, pose=None) for run in made]
     elif channel == "pose":
         made = [
-            replace(run, pose=None if run.pose is None else run.pose + rng.normal(0, 0.001, run.pose.shape)) for run in made
+            replace(run, pose=None if run.pose is None else run.pose + rng.normal(0, 0.001, run.pose.shape))
+            for run in made
         ]
     return Case(Session(nominal, tuple(made)), truth, channel)
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from snakebot.diagnosis.blocks import mean_difference
 from snakebot.diagnosis.context import Context
+from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis, Term, fixed_by
-from snakebot.diagnosis.localise import gap_of
 from snakebot.diagnosis.trial import Trial, each_joint
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects, find_effect
@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 HELPS_SE = 2.5  # an effect helps on a joint when its gain there is this many standard errors
 HELPS_SCORE = 0.03  # ... and at least this much (0.05: a tenth of the mean square)
 HELPS_SHARE = 0.2  # ... and at least this share of what it does for the joint it helps most
+MOST_ALONE = 3  # joints tried one by one where each trial is dear
 SPREAD_STARTS = (1.0, 0.4, 2.5)  # factors on a start, for positive parameters
 
 # Effects that leave no mark on the mean of the readings; found by other means.
@@ -97,11 +98,21 @@ def _spread(term: Term, starts: Sequence[Floats]) -> list[Floats]:
 
 def _per_joint(context: Context, base: Trial, effect: Effect) -> list[Candidate]:
     joints = context.data.joints
-    taken = {j for t in base.hypothesis.terms if t.effect == effect.name for j in (t.joints or range(1, joints + 1))}
+    taken = {
+        j
+        for t in base.hypothesis.terms
+        if t.effect == effect.name
+        for j in (t.joints or range(1, joints + 1))
+    }
     fixed = fixed_by(context.known, effect.name)
     terms = [Term(effect.name, (j + 1,), fixed) for j in range(joints)]
-    rows = [_spread(t, [_values(t, s) for s in effect.starts(context.observed, (j,))]) for j, t in enumerate(terms)]
+    rows = [
+        _spread(t, [_values(t, s) for s in effect.starts(context.observed, (j,))])
+        for j, t in enumerate(terms)
+    ]
     starts = [np.stack([row[min(i, len(row) - 1)] for row in rows]) for i in range(max(map(len, rows)))]
+    if terms and context.simulator.dear([terms[0].spec(starts[0][0])]):
+        return _dear(context, base, effect, taken)
     runs, fit = each_joint(context, base, terms, starts)
     gains = [_joint_gain(context, base, runs, fit.residual, j) for j in range(joints)]
     helped = [j for j in helped_joints(context, base, gains) if j + 1 not in taken]
@@ -112,7 +123,7 @@ def _per_joint(context: Context, base: Trial, effect: Effect) -> list[Candidate]
         subsets.append(tuple(range(joints)))
     out = []
     for subset in subsets:
-        term = Term(effect.name, tuple(j + 1 for j in subset), fixed)
+        term = Term(effect.name, _named(subset, joints), fixed)
         inside = fit.theta[list(helped)]
         begin = [np.median(inside, axis=0)]
         begin += _spread(term, [_values(term, s) for s in effect.starts(context.observed, subset)])[:1]
@@ -121,6 +132,26 @@ def _per_joint(context: Context, base: Trial, effect: Effect) -> list[Candidate]
             best = int(np.argmax([gains[j][0] for j in subset]))
             alone = Term(effect.name, (subset[best] + 1,), fixed)
             out.append(_candidate(base, alone, [fit.theta[subset[best]]]))
+    return out
+
+
+def _named(subset: Sequence[int], count: int) -> tuple[int, ...] | None:
+    """1-based joints; None for all of them."""
+    return None if len(subset) == count else tuple(int(j) + 1 for j in subset)
+
+
+def _dear(context: Context, base: Trial, effect: Effect, taken: set[int]) -> list[Candidate]:
+    """An effect that couples all joints, so that they cannot be tried at once: on those with a gap, together and alone."""
+    joints = [j for j in np.flatnonzero(gap_of(context, base).significant) if j + 1 not in taken]
+    if not joints:
+        return []
+    subsets = [tuple(joints)] + ([(j,) for j in joints] if 1 < len(joints) <= MOST_ALONE else [])
+    fixed = fixed_by(context.known, effect.name)
+    out = []
+    for subset in subsets:
+        term = Term(effect.name, _named(subset, context.data.joints), fixed)
+        begin = [_values(term, s) for s in effect.starts(context.observed, subset)]
+        out.append(_candidate(base, term, begin if term.open else [np.zeros(0)]))
     return out
 
 
@@ -181,7 +212,9 @@ def _body(context: Context, base: Trial, effect: Effect) -> list[Candidate]:
     if effect.name == "ground_friction":
         scales = [p.name for p in effect.parameters]
         for name in scales:  # one coefficient is off, or all may be
-            term = Term(effect.name, None, (*known, *((s, 1.0) for s in scales if s != name and s not in dict(known))))
+            term = Term(
+                effect.name, None, (*known, *((s, 1.0) for s in scales if s != name and s not in dict(known)))
+            )
             options[term] = [_values(term, start) for start in starts]
         term = Term(effect.name, None, known)
         options[term] = [_values(term, start) for start in starts]
@@ -219,7 +252,9 @@ def _promising(context: Context, base: Trial, found: list[Candidate], keep: int 
             continue
         moved = context.ground_features(candidate.hypothesis.specs(candidate.starts[0])) - reference
         usable = np.isfinite(moved) & np.isfinite(residual)
-        slope = float((moved * weight * residual)[usable].sum() / max((moved**2 * weight)[usable].sum(), 1e-300))
+        slope = float(
+            (moved * weight * residual)[usable].sum() / max((moved**2 * weight)[usable].sum(), 1e-300)
+        )
         left = residual - slope * moved
         rank.append(float(np.log1p(np.square(left) / context.ground_allowed_square)[usable].mean()))
     order = np.argsort(rank, kind="stable")

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from snakebot.diagnosis import ground as ground_motion
 from snakebot.diagnosis.blocks import resample
 from snakebot.diagnosis.context import Context
+from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.result import AngleClosure, SpeedClosure
 from snakebot.diagnosis.trial import Trial
 
@@ -41,8 +42,8 @@ def angle_closure(context: Context, nominal: Trial, best: Trial) -> AngleClosure
     f2 = _mean(np.square(floor.rad)[joint], size) if floor.known else 0.0
     bound = f2 if floor.known else _mean(np.square(floor.white_rad)[joint], size)
     closed, interval, reason = None, None, None
-    if e2 - bound <= NO_GAP * bound:
-        reason = "no gap above the noise floor to close"
+    if e2 - bound <= NO_GAP * bound or not gap_of(context, nominal).significant.any():
+        reason = "no gap beyond noise and tolerance to close"
     else:
         closed = (e2 - a2) / (e2 - f2)
         draw = resample(blocks.run[rows], np.random.default_rng(context.seed), DRAWS)
@@ -100,7 +101,9 @@ def forward_speeds(context: Context, best: Trial) -> Speeds | None:
     return Speeds(tuple(runs), np.array(measured), np.array(before), np.array(after))
 
 
-def _simulated_speed(context: Context, index: int, specs: tuple[object, ...], span: tuple[float, float]) -> float:
+def _simulated_speed(
+    context: Context, index: int, specs: tuple[object, ...], span: tuple[float, float]
+) -> float:
     from snakebot.physics import replay
 
     run = context.data.runs[index]

@@ -49,7 +49,11 @@ class Context:
     @property
     def block_run(self) -> Ints:
         """(B,) run of every block, ground included."""
-        return self.angle_blocks.run if self.ground is None else np.concatenate([self.angle_blocks.run, self.ground.run])
+        return (
+            self.angle_blocks.run
+            if self.ground is None
+            else np.concatenate([self.angle_blocks.run, self.ground.run])
+        )
 
     @property
     def block_joint(self) -> Ints:

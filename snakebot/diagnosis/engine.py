@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from snakebot.diagnosis.chance import random_delay
 from snakebot.diagnosis.closure import angle_closure, forward_speeds, scored_runs, speed_closure
 from snakebot.diagnosis.context import Context, make_context
-from snakebot.diagnosis.data import Data, prepare
+from snakebot.diagnosis.data import prepare
 from snakebot.diagnosis.experiment import Proposal, propose
-from snakebot.diagnosis.groups import indistinguishable
+from snakebot.diagnosis.gap import Gap, gap_of, named_joints
+from snakebot.diagnosis.groups import degenerate, indistinguishable
 from snakebot.diagnosis.hypothesis import Hypothesis, Term
-from snakebot.diagnosis.localise import Gap, gap_of, named_joints, shares
+from snakebot.diagnosis.localise import shares
 from snakebot.diagnosis.noise import Noise, noisy_encoders
 from snakebot.diagnosis.probability import Evidence, probability, shared
 from snakebot.diagnosis.regime import regimes, sentence
@@ -91,7 +92,9 @@ def diagnose(
         raise BadInputError("no sample of any run has both a command and a reading: nothing to compare")
     timing = {"prepare": perf_counter() - started}
     mark = perf_counter()
-    found = search(context, only=only, exclude=exclude, quick=quick, progress=lambda t, s: progress(t, 0.05 + 0.7 * s))
+    found = search(
+        context, only=only, exclude=exclude, quick=quick, progress=lambda t, s: progress(t, 0.05 + 0.7 * s)
+    )
     found = _by_chance(context, found, only, exclude)
     timing["search"] = perf_counter() - mark
     mark = perf_counter()
@@ -117,14 +120,20 @@ def _check_options(exclude: Sequence[str], only: Sequence[str], known: Mapping[s
         for effect in owners:
             for parameter in effect.parameters:
                 if parameter.name == name and dot and not parameter.contains(known[key]):
-                    raise BadInputError(f"--known {key}={known[key]:g}: out of bounds ({parameter.bounds_text})")
+                    raise BadInputError(
+                        f"--known {key}={known[key]:g}: out of bounds ({parameter.bounds_text})"
+                    )
 
 
 def _by_chance(context: Context, found: Found, only: Sequence[str], exclude: Sequence[str]) -> Found:
     """Lost set-points in the place of a delay, where what is left over shows them."""
     name = "command_loss"
     allowed = name not in exclude and (not only or name in only)
-    if not allowed or len(found.best.hypothesis.terms) > 1 or not set(found.best.hypothesis.names) <= LOOKS_LIKE_DELAY:
+    if (
+        not allowed
+        or len(found.best.hypothesis.terms) > 1
+        or not set(found.best.hypothesis.names) <= LOOKS_LIKE_DELAY
+    ):
         return found
     if not gap_of(context, found.nominal).any or not random_delay(context, found.best).evident:
         return found
@@ -184,7 +193,9 @@ def _conclude(
     if proposal.channel is not None:
         warnings.append(proposal.channel)
     if not context.floor.known:
-        warnings.append("no run is repeated: the noise floor is that of the encoders alone; repeat one motion")
+        warnings.append(
+            "no run is repeated: the noise floor is that of the encoders alone; repeat one motion"
+        )
     return Diagnosis(
         verdict=verdict,
         where=_where(context, gap, stage_shares, causes, verdict, table),
@@ -277,7 +288,9 @@ def _weigh(
     term = best.hypothesis.terms[index]
     theta = best.hypothesis.split(best.theta)[index]
     alone = Hypothesis((term,))
-    single = next((t for t in found.singles if t.hypothesis == alone), None) or run_trial(context, alone, [theta])
+    single = next((t for t in found.singles if t.hypothesis == alone), None) or run_trial(
+        context, alone, [theta]
+    )
     if len(best.hypothesis.terms) > 1:
         kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index])
         without = run_trial(context, best.hypothesis.without(index), [kept])
@@ -286,15 +299,25 @@ def _weigh(
     rows = touched(context, best, without)
     if not rows.any():
         rows = context.selects
-    outside = [r for r in rivals if r not in group]
+    outside = [r for r in rivals if r not in group and not degenerate(best, r)]
     ahead = min((lead(context, best, r).mean for r in outside), default=lead(context, best, without).mean)
     allowed = context.allowed_square[rows]
     before, after = without.held_square[rows], best.held_square[rows]
-    over = np.maximum(before - allowed, 0).sum() if term.stage != "body" else (np.maximum(before / allowed - 1, 0)).sum()
-    left = np.maximum(after - allowed, 0).sum() if term.stage != "body" else (np.maximum(after / allowed - 1, 0)).sum()
+    over = (
+        np.maximum(before - allowed, 0).sum()
+        if term.stage != "body"
+        else (np.maximum(before / allowed - 1, 0)).sum()
+    )
+    left = (
+        np.maximum(after - allowed, 0).sum()
+        if term.stage != "body"
+        else (np.maximum(after / allowed - 1, 0)).sum()
+    )
     evidence = Evidence(
         lead=ahead,
-        rest=float(np.mean(after) / np.mean(allowed)) if term.stage != "body" else float(np.mean(after / allowed)),
+        rest=float(np.mean(after) / np.mean(allowed))
+        if term.stage != "body"
+        else float(np.mean(after / allowed)),
         closed=float(1 - left / over) if over > 0 else 0.0,
         rivals=len(group),
         motions=len(context.data.motions),
@@ -318,7 +341,12 @@ def _weigh(
         )
     for name, value in spec.values.items():
         if name not in parameters and not isinstance(value, tuple):
-            if find_effect(term.effect).name == "ground_friction" and value == 1.0 and name in fixed and name not in context.known:
+            if (
+                find_effect(term.effect).name == "ground_friction"
+                and value == 1.0
+                and name in fixed
+                and name not in context.known
+            ):
                 continue
             unit = find_effect(term.effect).parameter(name).unit
             parameters[name] = Estimate(estimate=float(value), ci95=None, unit=unit, fixed=True)
@@ -374,7 +402,13 @@ def _ranking(
     group = [best, *(t for w in weighed for t in w.group)]
     parts = shared(top, [t.score(context) for t in group]) if weighed else []
     entries: dict[Hypothesis, RankingEntry] = {}
-    listed = [best, *(t for w in weighed for t in w.group), *found.singles, *(t for r in found.rivals for t in r), found.nominal]
+    listed = [
+        best,
+        *(t for w in weighed for t in w.group),
+        *found.singles,
+        *(t for r in found.rivals for t in r),
+        found.nominal,
+    ]
     for trial in listed:
         if trial.hypothesis in entries:
             continue

@@ -28,14 +28,15 @@ from snakebot.gait import Gait, GaitMotion, check_motion
 Floats = NDArray[np.float64]
 
 RATE_HZ = 100.0
-DURATION_S = 12.0
+DURATION_S = 10.0
 RAMP_S = 2.0
+LOOKED_AT = 4  # motions of the menu that are tried with the parameters' uncertainty
 DRAWS = 2  # of each rival's parameters, beside the fit itself
 MENU = tuple(
     (alpha, beta, omega, offset)
-    for alpha, omega in ((2, 0.5), (2, 3.0), (6, 0.5), (6, 2.0), (6, 6.0), (15, 1.0), (15, 4.0), (30, 0.5), (30, 2.0),
-                         (30, 4.0), (50, 1.0), (50, 3.0), (66, 0.5), (66, 2.0))
-    for beta, offset in ((80, 0), (0, 0), (80, 15))
+    for alpha, omega in ((2, 0.5), (2, 3.0), (6, 0.5), (6, 3.0), (15, 1.0), (15, 5.0), (30, 0.5), (30, 4.0),
+                         (50, 1.0), (50, 3.0), (66, 2.0))
+    for beta, offset in ((80, 0), (80, 15))
 )  # fmt: skip
 
 
@@ -58,7 +59,7 @@ def propose(context: Context, rivals: Sequence[Trial], probability: float) -> Pr
     names = tuple(tuple(dict.fromkeys(r.hypothesis.names)) for r in rivals)
     rng = np.random.default_rng(context.seed)
     variants = [_variants(trial, rng) for trial in rivals]
-    best: tuple[float, Gait] | None = None
+    menu = []
     for alpha, beta, omega, offset in MENU:
         gait = Gait(radians(alpha), radians(beta), omega, radians(offset))
         motion = GaitMotion(gait, context.data.joints, DURATION_S, RAMP_S)
@@ -66,7 +67,11 @@ def propose(context: Context, rivals: Sequence[Trial], probability: float) -> Pr
             check_motion(motion, context.data.robot)
         except BadInputError:
             continue
-        apart = _separation(context, motion, gait, variants)
+        menu.append((_separation(context, motion, [v[:1] for v in variants]), gait, motion))
+    menu.sort(key=lambda entry: -entry[0])
+    best: tuple[float, Gait] | None = None
+    for promise, gait, motion in menu[:LOOKED_AT]:
+        apart = promise if promise < ALIKE else _separation(context, motion, variants)
         if best is None or apart > best[0] + 1e-9:
             best = (apart, gait)
     if best is None or best[0] < ALIKE:
@@ -119,15 +124,16 @@ def _variants(trial: Trial, rng: np.random.Generator) -> list[tuple[EffectSpec, 
 
 
 def _separation(
-    context: Context, motion: GaitMotion, gait: Gait, variants: Sequence[Sequence[tuple[EffectSpec, ...]]]
+    context: Context, motion: GaitMotion, variants: Sequence[Sequence[tuple[EffectSpec, ...]]]
 ) -> float:
     """Expected score by which the right one of the nearest two rivals would lead, over their parameters."""
     t = np.arange(int(DURATION_S * RATE_HZ)) / RATE_HZ
     command = motion.sampled(t)
+    later = t > RAMP_S  # the start depends on where the joints stood
     readings = [[_reading(context, t, command, specs) for specs in group] for group in variants]
     allowed = np.square(context.floor.rad)
     tolerance = _tolerance(context, t, command)
-    blocks = (t / BLOCK_S).astype(np.int64)
+    blocks = ((t[later] - t[later][0]) / BLOCK_S).astype(np.int64)
     size = np.bincount(blocks)
     smallest = np.inf
     for a, b in combinations(range(len(readings)), 2):
@@ -135,8 +141,13 @@ def _separation(
             for y in readings[b]:
                 apart = 0.0
                 for joint in range(command.shape[1]):
-                    square = np.bincount(blocks, weights=np.square(x[0][:, joint] - y[0][:, joint])) / size
-                    room = np.bincount(blocks, weights=np.square(tolerance[:, joint])) / size + allowed[joint]
+                    square = (
+                        np.bincount(blocks, weights=np.square(x[0][later, joint] - y[0][later, joint])) / size
+                    )
+                    room = (
+                        np.bincount(blocks, weights=np.square(tolerance[later, joint])) / size
+                        + allowed[joint]
+                    )
                     apart = max(apart, float(np.mean(0.5 * np.log1p(square / room))))
                 apart = max(apart, _ground_apart(context, x[1], y[1]))
                 smallest = min(smallest, apart)
@@ -177,7 +188,10 @@ def _ground_apart(context: Context, x: Floats | None, y: Floats | None) -> float
         return 0.0
     kind = context.ground.kind
     room = np.array(
-        [np.median(context.ground_allowed_square[kind == i]) if np.any(kind == i) else np.inf for i in range(3)]
+        [
+            np.median(context.ground_allowed_square[kind == i]) if np.any(kind == i) else np.inf
+            for i in range(3)
+        ]
     )
     return float(np.max(0.5 * np.log1p(np.square(x - y) / room)))
 

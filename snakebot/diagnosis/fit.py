@@ -113,7 +113,9 @@ def minimise(problem: Problem, start: Floats, most_steps: int = 25, *, covarianc
         step = np.zeros_like(z)
         for u in np.flatnonzero(active):
             columns = problem.unit == u
-            step[u] = _step(jacobian[:, :, columns], residual[:, columns], weight[:, columns], damping[u], z[u], low, high)
+            step[u] = _step(
+                jacobian[:, :, columns], residual[:, columns], weight[:, columns], damping[u], z[u], low, high
+            )
         if not np.any(step):
             break
         trial = np.clip(z + step, low, high)
@@ -150,7 +152,12 @@ def minimise(problem: Problem, start: Floats, most_steps: int = 25, *, covarianc
 
 
 def multi_start(
-    problem: Problem, starts: Sequence[Floats], keep: int = 2, most_steps: int = 25, *, covariance: bool = True
+    problem: Problem,
+    starts: Sequence[Floats],
+    keep: int = 2,
+    most_steps: int = 25,
+    *,
+    covariance: bool = True,
 ) -> Fit:
     """Try every start (each (U, p)), search on from the best ``keep`` of each unit, and keep each unit's best end.
 
@@ -216,7 +223,9 @@ def _jacobian(problem: Problem, z: Floats, residual: Floats, span: Floats) -> Fl
     return out
 
 
-def _step(jacobian: Floats, residual: Floats, weight: Floats, damping: float, z: Floats, low: Floats, high: Floats) -> Floats:
+def _step(
+    jacobian: Floats, residual: Floats, weight: Floats, damping: float, z: Floats, low: Floats, high: Floats
+) -> Floats:
     p = jacobian.shape[0]
     weighted = jacobian * weight
     hessian = np.einsum("inu,jnu->ij", weighted, jacobian)
@@ -243,7 +252,10 @@ def _covariance(jacobian: Floats, residual: Floats, weight: Floats, block: Ints)
     flat = block[used]
     names, index = np.unique(flat, return_inverse=True)
     scores = np.stack(
-        [np.bincount(index, weights=(jacobian[i] * weight * residual)[used], minlength=names.size) for i in range(p)]
+        [
+            np.bincount(index, weights=(jacobian[i] * weight * residual)[used], minlength=names.size)
+            for i in range(p)
+        ]
     )
     usable = np.diag(hessian) > LEAST_CURVATURE
     out = np.full((p, p), np.inf)

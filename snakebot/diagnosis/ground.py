@@ -108,7 +108,9 @@ def _windows(index: int, run: PreparedRun) -> list[Window]:
             return []
         return [Window(index, *steady_span(run), True)]
     length = 2 * np.pi / abs(run.omega_rad_s) if run.omega_rad_s else 1.0
-    first = min(length, end / 3)  # the start from rest tells of mass, but every lab starts its clock elsewhere
+    first = min(
+        length, end / 3
+    )  # the start from rest tells of mass, but every lab starts its clock elsewhere
     count = int((end - first) / length + 1e-6)
     if count < 1:
         return [Window(index, first, end, False)]
@@ -144,7 +146,11 @@ def window_features(t_s: Floats, pose: Floats, window: Window) -> tuple[float, f
 
 
 def predicted(
-    ground: Ground, data: Data, angle_rad: Sequence[Floats], model: ChainModel, runs: Sequence[int] | None = None
+    ground: Ground,
+    data: Data,
+    angle_rad: Sequence[Floats],
+    model: ChainModel,
+    runs: Sequence[int] | None = None,
 ) -> Floats:
     """(F,) features of the motion that joint angles (one (N, k) a run) make; nan for runs not asked for."""
     from snakebot.physics import replay
@@ -157,7 +163,13 @@ def predicted(
         pose = run.pose
         start = pose[np.flatnonzero(np.isfinite(pose).all(axis=1))[0]] if pose is not None else np.zeros(3)
         path = replay(
-            model, run.t_s, angle_rad[index], x_m=start[0], y_m=start[1], heading_rad=start[2], max_step_s=MAX_STEP_S
+            model,
+            run.t_s,
+            angle_rad[index],
+            x_m=start[0],
+            y_m=start[1],
+            heading_rad=start[2],
+            max_step_s=MAX_STEP_S,
         )
         paths[index] = (run.t_s, np.column_stack([path.com_m, path.heading_rad]))
     made: dict[int, tuple[float, float, float]] = {}
@@ -203,7 +215,9 @@ def tolerance_square(ground: Ground, data: Data, angle_rad: Sequence[Floats], mo
 
 def _floor(data: Data, windows: list[Window], value: Floats, kind: Ints, of: Ints) -> tuple[Floats, bool]:
     """Variance of each feature: from windows of repeats that coincide, at least the resolution of the measurement."""
-    least = np.where(kind == TURN, TURN_RESOLUTION_RAD_S, SPEED_RESOLUTION_M_S + SPEED_ACCURACY * np.abs(value))
+    least = np.where(
+        kind == TURN, TURN_RESOLUTION_RAD_S, SPEED_RESOLUTION_M_S + SPEED_ACCURACY * np.abs(value)
+    )
     place: dict[tuple[int, int, int], list[float]] = {}
     rank: dict[int, int] = {}
     order: list[int] = []
@@ -212,7 +226,9 @@ def _floor(data: Data, windows: list[Window], value: Floats, kind: Ints, of: Int
         rank[window.run] = order[-1] + 1
     for i in range(value.size):
         window = windows[of[i]]
-        place.setdefault((data.runs[window.run].motion, order[of[i]], int(kind[i])), []).append(float(value[i]))
+        place.setdefault((data.runs[window.run].motion, order[of[i]], int(kind[i])), []).append(
+            float(value[i])
+        )
     squares: dict[int, list[float]] = {FORWARD: [], LATERAL: [], TURN: []}
     for (_, _, what), group in place.items():
         squares[what] += [0.5 * (a - b) ** 2 for a, b in combinations(group, 2)]

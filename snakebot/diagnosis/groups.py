@@ -66,7 +66,9 @@ def _as_if(context: Context, best: Trial) -> Context:
     blocks = context.angle_blocks
     left = np.sqrt(
         [
-            float(np.median(best.held_square[: blocks.count][blocks.joint == joint])) if np.any(blocks.joint == joint) else 0.0
+            float(np.median(best.held_square[: blocks.count][blocks.joint == joint]))
+            if np.any(blocks.joint == joint)
+            else 0.0
             for joint in range(context.data.joints)
         ]
     )
@@ -80,5 +82,9 @@ def _as_if(context: Context, best: Trial) -> Context:
     if ground is not None:
         features = context.ground_features(best.specs)
         spread = np.sqrt(np.minimum(ground.floor_square, context.ground_allowed_square))
-        ground = replace(ground, value=np.where(np.isfinite(features), features, ground.value) + rng.normal(size=spread.size) * spread)
+        ground = replace(
+            ground,
+            value=np.where(np.isfinite(features), features, ground.value)
+            + rng.normal(size=spread.size) * spread,
+        )
     return replace(context, data=data, simulator=Simulator(data), ground=ground, _ground_cache={})

@@ -40,7 +40,9 @@ class Term:
         """Parameters to be fitted."""
         fixed = dict(self.fixed)
         return tuple(
-            p for p in find_effect(self.effect).parameters if p.fitted and not p.integer and p.name not in fixed
+            p
+            for p in find_effect(self.effect).parameters
+            if p.fitted and not p.integer and p.name not in fixed
         )
 
     def spec(self, values: Sequence[float]) -> EffectSpec:
@@ -48,7 +50,9 @@ class Term:
         for parameter, value in zip(self.open, values, strict=True):
             numbers[parameter.name] = parameter.clip(float(value))
         order = [p.name for p in find_effect(self.effect).parameters]
-        return EffectSpec(self.effect, {name: numbers[name] for name in order if name in numbers}, self.joints)
+        return EffectSpec(
+            self.effect, {name: numbers[name] for name in order if name in numbers}, self.joints
+        )
 
     def touches(self, joint: int) -> bool:
         """Whether it acts on a 1-based joint."""
@@ -99,7 +103,9 @@ class Hypothesis:
 
     def on(self, joint: int) -> Hypothesis:
         """The same effects as they act on one joint alone (1-based)."""
-        return Hypothesis(tuple(replace(t, joints=(joint,)) if t.joints is not None else t for t in self.terms))
+        return Hypothesis(
+            tuple(replace(t, joints=(joint,)) if t.joints is not None else t for t in self.terms)
+        )
 
     def __str__(self) -> str:
         def one(term: Term) -> str:

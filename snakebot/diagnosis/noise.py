@@ -29,12 +29,15 @@ def noisy_encoders(context: Context) -> Noise | None:
     loud = [
         j
         for j, w in enumerate(white)
-        if w > max(PLAIN_NOISE_RAD, 4 * q) or (white.size >= 3 and w > max(OUTSTANDING * middle, 0.5 * PLAIN_NOISE_RAD, 4 * q))
+        if w > max(PLAIN_NOISE_RAD, 4 * q)
+        or (white.size >= 3 and w > max(OUTSTANDING * middle, 0.5 * PLAIN_NOISE_RAD, 4 * q))
     ]
     if not loud:
         return None
     std = float(np.sqrt(max(np.mean(np.square(white[loud])) - q * q, 0.0)))
     samples = sum(int(run.use[:, j].sum()) for run in context.data.runs for j in loud)
-    relative = 1.96 * np.sqrt(2.5 / max(samples, 1)) + 0.02  # third differences share noise; the estimate itself is rough
+    relative = (
+        1.96 * np.sqrt(2.5 / max(samples, 1)) + 0.02
+    )  # third differences share noise; the estimate itself is rough
     degrees = float(np.degrees(std))
     return Noise(tuple(j + 1 for j in loud), degrees, (degrees * (1 - relative), degrees * (1 + relative)))

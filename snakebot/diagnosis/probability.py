@@ -74,7 +74,10 @@ def calibration(path: Path = CALIBRATION_FILE) -> Calibration:
     if data.get("schema") != SCHEMA or tuple(data["features"]) != FEATURES:
         raise ValueError(f"{path}: not a calibration of this version")
     return Calibration(
-        float(data["intercept"]), tuple(float(w) for w in data["weights"]), str(data["command"]), int(data["cases"])
+        float(data["intercept"]),
+        tuple(float(w) for w in data["weights"]),
+        str(data["command"]),
+        int(data["cases"]),
     )
 
 

@@ -26,7 +26,11 @@ RIDGES = (1e-4, 1e-2, 1.0)  # against the mean square of a feature
 
 
 def residual_prediction(
-    data: Data, nominal_rad: Sequence[Floats], residual: Sequence[Floats], load_nm: Sequence[Floats] | None, folds: Sequence[Fold]
+    data: Data,
+    nominal_rad: Sequence[Floats],
+    residual: Sequence[Floats],
+    load_nm: Sequence[Floats] | None,
+    folds: Sequence[Fold],
 ) -> list[Floats]:
     """Held-out prediction of the residual, (N, k) a run; zero for runs that are in no fold's scored part.
 
@@ -43,7 +47,9 @@ def residual_prediction(
     for joint in range(data.joints):
         features = [_features(data, nominal_rad, load_nm, i, joint) for i in range(len(data.runs))]
         use = [run.use[:, joint] for run in data.runs]
-        grams = [_gram(f[u], residual[i][u, joint]) for i, (f, u) in enumerate(zip(features, use, strict=True))]
+        grams = [
+            _gram(f[u], residual[i][u, joint]) for i, (f, u) in enumerate(zip(features, use, strict=True))
+        ]
         ridge = _choose(grams, folds)
         for fit, scored in parts:
             weight = _solve(grams, fit, ridge)
@@ -73,7 +79,9 @@ def _choose(grams: Sequence[tuple[Floats, Floats, float, int]], folds: Sequence[
     return chosen
 
 
-def _solve(grams: Sequence[tuple[Floats, Floats, float, int]], runs: Sequence[int], ridge: float) -> Floats | None:
+def _solve(
+    grams: Sequence[tuple[Floats, Floats, float, int]], runs: Sequence[int], ridge: float
+) -> Floats | None:
     count = sum(grams[i][3] for i in runs)
     if count < 10:
         return None

@@ -34,7 +34,9 @@ def regimes(
     load_nm: Sequence[Floats] | None,
 ) -> tuple[Regime, ...]:
     """Rms of the gap before and after, binned along each axis, over the given joints (0-based)."""
-    columns: dict[str, list[Floats]] = {name: [] for name in ("rate", "angle", "time", "load", "omega", "turning")}
+    columns: dict[str, list[Floats]] = {
+        name: [] for name in ("rate", "angle", "time", "load", "omega", "turning")
+    }
     gap, rest = [], []
     for index, run in enumerate(data.runs):
         for joint in joints:
@@ -88,10 +90,17 @@ def _axes(columns: dict[str, Floats]) -> list[_Axis]:
         if edges.size < 2:
             continue
         a, b = (f"{e:.{precision}f}" for e in edges)
-        axes.append(_Axis(name, values, edges, (f"below {a} {unit}", f"{a} to {b} {unit}", f"above {b} {unit}")))
+        axes.append(
+            _Axis(name, values, edges, (f"below {a} {unit}", f"{a} to {b} {unit}", f"above {b} {unit}"))
+        )
     if "turning" in columns:
         axes.append(
-            _Axis("phase of the motion", columns["turning"], np.array([0.5]), ("while moving", "at rest or turning round"))
+            _Axis(
+                "phase of the motion",
+                columns["turning"],
+                np.array([0.5]),
+                ("while moving", "at rest or turning round"),
+            )
         )
     omega = columns.get("omega")
     if omega is not None:
@@ -105,6 +114,7 @@ def _axes(columns: dict[str, Floats]) -> list[_Axis]:
 
 def sentence(found: Sequence[Regime], *, rest: bool = False) -> str:
     """One sentence on where the gap (or, with ``rest``, what is left of it) is largest."""
+
     def size(r: Regime) -> float:
         return r.rms_after_rad if rest else r.rms_before_rad
 
@@ -122,7 +132,9 @@ def sentence(found: Sequence[Regime], *, rest: bool = False) -> str:
         return f"{what} was not resolved by regime: too few samples"
     ratio, high, low = best
     if ratio < CLEAR:
-        return f"{what} is much the same at all speeds, angles and times ({np.degrees(size(high)):.2g} deg rms)"
+        return (
+            f"{what} is much the same at all speeds, angles and times ({np.degrees(size(high)):.2g} deg rms)"
+        )
     return (
         f"{what} is largest by {high.axis}: {np.degrees(size(high)):.2g} deg rms {high.bin}, "
         f"{np.degrees(size(low)):.2g} deg rms {low.bin}"

@@ -61,7 +61,9 @@ def check_data(data: Data) -> list[str]:
     off = sum(int(np.isnan(run.command_rad).sum()) for run in data.runs)
     if off:
         total = sum(run.command_rad.size for run in data.runs)
-        warnings.append(f"the servo is off in {off / total:.0%} of the samples (no command): taken as free, not fitted")
+        warnings.append(
+            f"the servo is off in {off / total:.0%} of the samples (no command): taken as free, not fitted"
+        )
     led = leading_joints(data)
     if led:
         warnings.append(
@@ -151,7 +153,9 @@ def _check_readings(where: str, runs: Sequence[Run]) -> list[str]:
         seen = np.concatenate([run.measured_rad[:, joint] for run in runs])
         lost = float(np.mean(~np.isfinite(seen)))
         if lost == 1.0 and joints == 1:
-            raise BadInputError(f"{where}: column enc_1_rad is empty in every run: no readings to compare with")
+            raise BadInputError(
+                f"{where}: column enc_1_rad is empty in every run: no readings to compare with"
+            )
         if lost == 1.0:
             warnings.append(f"joint {joint + 1}: no reading in any run; nothing is said about it")
         elif lost > 0.2:

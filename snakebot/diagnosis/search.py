@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from snakebot.diagnosis.blocks import Difference
 from snakebot.diagnosis.candidates import Candidate, candidates, usable_effects
 from snakebot.diagnosis.context import Context
+from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis
-from snakebot.diagnosis.localise import gap_of
 from snakebot.diagnosis.trial import Trial, nominal_trial, run_trial
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects
@@ -26,6 +26,7 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 MOST_EFFECTS = 3
+NO_LOSS = 1e-3
 CLEAR_SE = 2.0
 MATTERS = 0.05  # held-out score on the blocks an effect touches: a tenth of their mean square
 CLOSE_RACE = 0.25  # rivals within this share of the winner's gain are cross-validated ...
@@ -86,7 +87,9 @@ def search(
             context,
             best,
             library,
-            lambda text, share, done=count: progress(f"with {best.hypothesis}: {text}", 0.4 + 0.2 * (done - 1 + share)),
+            lambda text, share, done=count: progress(
+                f"with {best.hypothesis}: {text}", 0.4 + 0.2 * (done - 1 + share)
+            ),
         )
     best = prune(context, best)
     rivals = []
@@ -107,7 +110,11 @@ def accepted(context: Context, trial: Trial, base: Trial) -> bool:
     """Whether what was added to ``base`` gains more than two standard errors, and enough to matter, where there is a gap."""
     rows = touched(context, trial, base)
     gap = gap_of(context, base)
-    joints = [j for j in np.unique(context.block_joint[rows]) if (gap.ground_significant if j < 0 else gap.significant[j])]
+    joints = [
+        j
+        for j in np.unique(context.block_joint[rows])
+        if (gap.ground_significant if j < 0 else gap.significant[j])
+    ]
     if not joints:
         return False
     gain = context.gain(trial.held_square, base.held_square, rows)
@@ -130,8 +137,15 @@ def _explore(context: Context, base: Trial, library: Sequence[Effect], progress:
         for number, found in enumerate(pool.map(lambda e: candidates(context, base, e), wanted)):
             made += found
             progress(f"trying {wanted[number].name}", 0.6 * (number + 1) / max(len(wanted), 1))
-        fits = list(pool.map(lambda c: run_trial(context, c.hypothesis, c.starts, cross=False, rough=True), made))
-        reached = [float((context.score(t.fitted_square) - context.score(base.fitted_square))[context.selects].mean()) for t in fits]
+        fits = list(
+            pool.map(lambda c: run_trial(context, c.hypothesis, c.starts, cross=False, rough=True), made)
+        )
+        reached = [
+            float(
+                (context.score(t.fitted_square) - context.score(base.fitted_square))[context.selects].mean()
+            )
+            for t in fits
+        ]
         order = np.argsort(reached, kind="stable")[::-1]
         if order.size == 0:
             return []
@@ -145,24 +159,29 @@ def _explore(context: Context, base: Trial, library: Sequence[Effect], progress:
 
 
 def _ranked(context: Context, trials: Sequence[Trial]) -> list[Trial]:
-    """Best first by held-out score; of two that score alike, the one with fewer parameters, then fewer named joints."""
+    """Best first by held-out score; but one that says less, and loses no more than a standard error by it, goes first.
+
+    Of exact ties the effect that comes first in the signal stands first.
+    """
     place = {name: i for i, name in enumerate(effects())}
     ordered = sorted(
-        trials, key=lambda t: (-round(t.score(context), 4), len(t.theta), [place[n] for n in t.hypothesis.names])
+        trials,
+        key=lambda t: (-round(t.score(context), 4), len(t.theta), [place[n] for n in t.hypothesis.names]),
     )
     if len(ordered) < 2:
         return ordered
     first = ordered[0]
     for other in ordered[1:]:
-        if other.hypothesis.names != first.hypothesis.names:
-            continue
-        simpler = (len(other.theta), _named(other.hypothesis)) < (len(first.theta), _named(first.hypothesis))
         lost = context.gain(first.held_square, other.held_square)
-        if simpler and lost.mean < max(lost.se, 1e-3):
-            ordered.remove(other)
-            ordered.insert(0, other)
-            return ordered
-    return ordered
+        if _said(other) < _said(first) and lost.mean < max(lost.se, NO_LOSS):
+            first = other
+    ordered.remove(first)
+    return [first, *ordered]
+
+
+def _said(trial: Trial) -> tuple[int, int]:
+    """How much an explanation says: parameters, then joints that must be named."""
+    return len(trial.theta), _named(trial.hypothesis)
 
 
 def _named(hypothesis: Hypothesis) -> int:
@@ -175,7 +194,9 @@ def _swap(context: Context, best: Trial, singles: Sequence[Trial]) -> Trial:
     tried = []
     for index, term in enumerate(best.hypothesis.terms[:-1]):
         rest = best.hypothesis.without(index)
-        kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index] or [np.zeros(0)])
+        kept = np.concatenate(
+            [p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index] or [np.zeros(0)]
+        )
         for single in singles[:6]:
             other = single.hypothesis.terms[0]
             if other.effect in best.hypothesis.names:
@@ -210,7 +231,12 @@ def prune(context: Context, best: Trial) -> Trial:
 
 
 def _rivals(
-    context: Context, best: Trial, index: int, nominal: Trial, singles: Sequence[Trial], library: Sequence[Effect]
+    context: Context,
+    best: Trial,
+    index: int,
+    nominal: Trial,
+    singles: Sequence[Trial],
+    library: Sequence[Effect],
 ) -> tuple[Trial, ...]:
     """Trials with another effect in the place of term ``index``, best first."""
     term = best.hypothesis.terms[index]

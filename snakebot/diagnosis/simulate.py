@@ -15,10 +15,19 @@ from numpy.typing import NDArray
 
 from snakebot.diagnosis.data import Data, PreparedRun
 from snakebot.effects.effect import Track
-from snakebot.effects.prediction import servo_stage, setpoint_at
+from snakebot.effects.prediction import GRID_S, servo_stage, setpoint_at
 from snakebot.effects.spec import EffectSpec
 from snakebot.effects.stages import Stages, assemble, filled
-from snakebot.physics.servo_layout import FREE_JOINT, LOCKED, TORQUE_LIMIT_NM
+from snakebot.physics.servo_chain import DrivenChain
+from snakebot.physics.servo_layout import (
+    FREE_JOINT,
+    LOCK_RAD,
+    LOCKED,
+    RIGID_JOINT,
+    SOURCE,
+    TORQUE_LIMIT_NM,
+    needs_fine_steps,
+)
 
 Floats = NDArray[np.float64]
 
@@ -57,21 +66,28 @@ class Simulator:
         return stages.model is not None and bool(weak)
 
     def predict(
-        self, specs: Iterable[EffectSpec], runs: Sequence[int] | None = None, *, rough: bool = False
+        self,
+        specs: Iterable[EffectSpec],
+        runs: Sequence[int] | None = None,
+        *,
+        rough: bool = False,
+        columns: Sequence[int] | None = None,
     ) -> list[Predicted]:
         """Predict the given runs (all, if None).
 
         Args:
+            columns: 0-based joints that are asked for; the others may come out as nan.
             rough: take the torques of the nominal motion for those that the servos bear, where that will do: no body
                 needs to be simulated then, and joints stay apart.
         """
         stages = self.stages(specs)
-        return [self._one(stages, i, rough) for i in (range(len(self.data.runs)) if runs is None else runs)]
+        wanted = range(len(self.data.runs)) if runs is None else runs
+        return [self._one(stages, i, rough, columns) for i in wanted]
 
-    def _one(self, stages: Stages, index: int, rough: bool) -> Predicted:
+    def _one(self, stages: Stages, index: int, rough: bool, columns: Sequence[int] | None) -> Predicted:
         run = self.data.runs[index]
         track = stages.link(run.t_s, run.command_rad)
-        angle = self.servo(stages, index, run, track, rough)
+        angle = self.servo(stages, index, run, track, rough, columns)
         reading, variance = angle, None
         if track.variance_rad2 is not None:
             variance = setpoint_at(Track(track.time_s, track.variance_rad2), run.t_s)
@@ -82,15 +98,32 @@ class Simulator:
                 variance = np.zeros_like(reading) + more + (0.0 if variance is None else variance)
         return Predicted(reading, angle, variance)
 
-    def servo(self, stages: Stages, index: int, run: PreparedRun, track: Track, rough: bool = False) -> Floats:
+    def servo(
+        self,
+        stages: Stages,
+        index: int,
+        run: PreparedRun,
+        track: Track,
+        rough: bool = False,
+        columns: Sequence[int] | None = None,
+    ) -> Floats:
         """Joint angles (N, k) that these set-points make."""
-        known = stages.true_angle(run.t_s, self.measured[index]) if stages.sensor_filters() else self.measured[index]
+        known = (
+            stages.true_angle(run.t_s, self.measured[index])
+            if stages.sensor_filters()
+            else self.measured[index]
+        )
+        rows = stages.servo_rows
+        weak = np.isfinite(rows[:, TORQUE_LIMIT_NM]).any() or (rows[:, LOCKED] == FREE_JOINT).any()
         load = None
-        if rough and stages.model is not None and not np.isfinite(stages.servo_rows[:, TORQUE_LIMIT_NM]).any():
+        if stages.model is not None and stages.feels_load and rough and not weak:
             load = self.load(index)
-        return servo_stage(
-            stages, track, run.t_s, initial_rad=known[0], known_rad=known, load_nm=load
-        ).joint_angle_rad
+        coupled = stages.model is not None and (weak or (stages.feels_load and load is None))
+        if coupled or columns is None or len(columns) == rows.shape[0]:
+            return servo_stage(
+                stages, track, run.t_s, initial_rad=known[0], known_rad=known, load_nm=load
+            ).joint_angle_rad
+        return _some_joints(stages, run, track, known, load, np.asarray(columns))
 
     def load(self, index: int) -> Floats | None:
         """Torques (N, k) of the nominal motion; None on a bench without an arm."""
@@ -104,6 +137,35 @@ class Simulator:
             with self._lock:
                 self._loads[index] = torque
         return self._loads[index]
+
+
+def _some_joints(
+    stages: Stages,
+    run: PreparedRun,
+    track: Track,
+    known: Floats,
+    load: Floats | None,
+    columns: NDArray[np.int64],
+) -> Floats:
+    """``servo_stage`` for some of the joints, where none feels the others; nan for the rest."""
+    rows = stages.servo_rows[columns].copy()
+    source = rows[:, SOURCE].astype(np.int64)
+    rows[:, SOURCE] = np.arange(columns.size)
+    setpoint = np.ascontiguousarray(track.setpoint_rad[:, source])
+    start = np.where(rows[:, LOCKED] == RIGID_JOINT, rows[:, LOCK_RAD], known[0, columns])
+    powered = np.isfinite(setpoint_at(Track(track.time_s, setpoint), run.t_s))
+    chain = DrivenChain(rows, start, grid_s=GRID_S, fine=needs_fine_steps(rows))
+    made = chain.run(
+        run.t_s,
+        track.time_s,
+        setpoint,
+        load_t_s=None if load is None else run.t_s,
+        load_nm=None if load is None else np.ascontiguousarray(load[:, columns]),
+        known_rad=np.where(powered, np.nan, known[:, columns]),
+    )
+    out = np.full(known.shape, np.nan)
+    out[:, columns] = made.angle
+    return out
 
 
 def smoothed(t_s: Floats, angle_rad: Floats, span_s: float = SMOOTH_S) -> Floats:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.fit import Fit, Problem, minimise, multi_start
+from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis, Term, bounds
 from snakebot.effects.spec import EffectSpec
 
@@ -61,10 +62,29 @@ def squares(
     """(B,) mean squares of all blocks under some effects, and the readings."""
     angle_specs = [s for s in specs if s.effect.stage != "body"]
     readings = (
-        [p.reading_rad for p in context.simulator.predict(specs, rough=rough)] if angle_specs else context.nominal
+        [p.reading_rad for p in context.simulator.predict(specs, rough=rough)]
+        if angle_specs
+        else context.nominal
     )
     angles = context.angle_blocks.mean_square(context.residuals(readings))
     return np.concatenate([angles, context.ground_square(specs)]), readings
+
+
+def predicted_readings(
+    context: Context, specs: Sequence[EffectSpec], runs: Sequence[int], rough: bool = False
+) -> list[Floats]:
+    """Readings (N, k) of some runs; joints that no effect acts on are taken from the nominal prediction."""
+    every = set(range(context.data.joints))
+    acted = set().union(
+        *(every if s.joints is None else {j - 1 for j in s.joints} for s in specs if s.effect.stage != "body")
+    )
+    made = context.simulator.predict(specs, runs, rough=rough, columns=sorted(acted))
+    out = []
+    for index, predicted in zip(runs, made, strict=True):
+        reading = predicted.reading_rad
+        gone = ~np.isfinite(reading)
+        out.append(np.where(gone, context.nominal[index], reading) if gone.any() else reading)
+    return out
 
 
 def nominal_trial(context: Context) -> Trial:
@@ -91,7 +111,9 @@ def run_trial(
     runs, steps = context.free_runs, FULL_STEPS
     if rough and len(starts) and context.simulator.dear(hypothesis.specs(starts[0])):
         runs, steps = context.telling_runs, ROUGH_STEPS
-    theta, covariance = _fit(context, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough)
+    theta, covariance = _fit(
+        context, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough
+    )
     specs = hypothesis.specs(theta)
     fitted, readings = squares(context, specs, rough=rough)
     if not cross or not context.folds or theta.size == 0:
@@ -108,8 +130,8 @@ def run_trial(
         for index in score:
             run_theta[index] = fold_theta
         if any(s.effect.stage != "body" for s in fold_specs):
-            for index, predicted in zip(score, context.simulator.predict(fold_specs, score), strict=True):
-                readings[index] = predicted.reading_rad
+            for index, reading in zip(score, predicted_readings(context, fold_specs, score), strict=True):
+                readings[index] = reading
         residual = [
             np.where(run.use, run.measured_rad - reading, 0.0)
             for run, reading in zip(context.data.runs, readings, strict=True)
@@ -147,7 +169,9 @@ def _fit(
         if not mine.any():
             continue
 
-        def whole(part: Floats, mine: NDArray[np.bool_] = mine, base: Floats = best) -> tuple[EffectSpec, ...]:
+        def whole(
+            part: Floats, mine: NDArray[np.bool_] = mine, base: Floats = best
+        ) -> tuple[EffectSpec, ...]:
             full = base.copy()
             full[mine] = part
             return hypothesis.specs(full)
@@ -190,7 +214,7 @@ def _angle_problem(
         return None
 
     def residual(theta: Floats) -> Floats:
-        predicted = context.simulator.predict(whole(theta[0]), runs, rough=rough)
+        predicted = context.simulator.predict(whole(theta[0]), runs, rough=rough, columns=joints)
         reading = np.concatenate([p.reading_rad[:, columns] for p in predicted])
         return np.where(use, measured - reading, 0.0)
 
@@ -199,7 +223,9 @@ def _angle_problem(
     )
 
 
-def angle_columns(context: Context, columns: Ints, runs: Sequence[int]) -> tuple[Floats, NDArray[np.bool_], Ints]:
+def angle_columns(
+    context: Context, columns: Ints, runs: Sequence[int]
+) -> tuple[Floats, NDArray[np.bool_], Ints]:
     """Measured angles, use and block numbers of some joints (columns) in some runs, one below the other."""
     measured = np.concatenate([context.data.runs[i].measured_rad[:, columns] for i in runs])
     block = np.concatenate([context.angle_blocks.of_sample[i][:, columns] for i in runs])
@@ -227,7 +253,9 @@ def _ground_problem(
         found = context.ground_features(whole(theta[0]), runs)
         return np.where(rows, ground.value - np.nan_to_num(found), 0.0)[:, None]
 
-    return Problem(residual, np.zeros(1, dtype=np.int64), block, context.ground_allowed_square, lower, upper, log)
+    return Problem(
+        residual, np.zeros(1, dtype=np.int64), block, context.ground_allowed_square, lower, upper, log
+    )
 
 
 def each_joint(
@@ -244,12 +272,15 @@ def each_joint(
     dear = context.simulator.dear(first)
     runs = context.telling_runs if dear else context.free_runs
     columns = np.arange(joints, dtype=np.int64)
+    wanted = np.flatnonzero(gap_of(context, base).significant)
     measured, use, block = angle_columns(context, columns, runs)
+    absent = np.setdiff1d(columns, wanted)
+    use[:, absent], block[:, absent] = False, -1
     lower, upper, log = bounds(effect_terms[0].open)
 
     def residual(theta: Floats) -> Floats:
         specs = [*base.specs, *(term.spec(row) for term, row in zip(effect_terms, theta, strict=True))]
-        predicted = context.simulator.predict(specs, runs, rough=True)
+        predicted = context.simulator.predict(specs, runs, rough=True, columns=[int(j) for j in wanted])
         reading = np.concatenate([p.reading_rad for p in predicted])
         return np.where(use, measured - reading, 0.0)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.diagnosis.context import Context
-from snakebot.diagnosis.localise import Gap, gap_of
+from snakebot.diagnosis.gap import Gap, gap_of
 from snakebot.diagnosis.reference import residual_prediction
 from snakebot.diagnosis.trial import Trial
 
@@ -49,10 +49,19 @@ def rest_of(context: Context, nominal: Trial, best: Trial) -> Rest:
         loads = [context.simulator.load(i) for i in range(len(context.data.runs))]
         known = [load for load in loads if load is not None]
         guess = residual_prediction(
-            context.data, context.nominal, residual, known if len(known) == len(loads) else None, context.folds
+            context.data,
+            context.nominal,
+            residual,
+            known if len(known) == len(loads) else None,
+            context.folds,
         )
         blocks = context.angle_blocks
-        left = blocks.mean_square([r - np.where(run.use, g, 0.0) for r, g, run in zip(residual, guess, context.data.runs, strict=True)])
+        left = blocks.mean_square(
+            [
+                r - np.where(run.use, g, 0.0)
+                for r, g, run in zip(residual, guess, context.data.runs, strict=True)
+            ]
+        )
         whole = best.held_square[: blocks.count]
         over = np.maximum(whole - context.scale.floor_square, 0.0)
         if over.sum() > 0:
@@ -66,7 +75,10 @@ def _share(context: Context, nominal: Trial, best: Trial) -> float:
     count = context.angle_blocks.count
     allowed = context.allowed_square
     shares = []
-    for part, there in ((slice(0, count), before.significant.any()), (slice(count, None), before.ground_significant)):
+    for part, there in (
+        (slice(0, count), before.significant.any()),
+        (slice(count, None), before.ground_significant),
+    ):
         use = context.selects[part]
         if not there or not use.any():
             continue
@@ -79,7 +91,9 @@ def _share(context: Context, nominal: Trial, best: Trial) -> float:
     return max(shares) if shares else 0.0
 
 
-def decide(nominal: Gap, best: Trial, rest: Rest, noise_only: bool) -> Literal["explained", "no_gap", "unexplained"]:
+def decide(
+    nominal: Gap, best: Trial, rest: Rest, noise_only: bool
+) -> Literal["explained", "no_gap", "unexplained"]:
     """The verdict."""
     if not nominal.any:
         return "explained" if noise_only else "no_gap"

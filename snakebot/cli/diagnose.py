@@ -1,0 +1,198 @@
+"""``snakebot diagnose``: where robot and simulation part, and which effect causes it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from snakebot.errors import BadInputError
+
+if TYPE_CHECKING:
+    from snakebot.diagnosis import Diagnosis
+    from snakebot.runlog import Session
+
+EPILOG = """\b
+Examples:
+  snakebot diagnose my_session
+  snakebot diagnose runs/*.mcap --json verdict.json --report verdict.html
+  snakebot diagnose my_session --apply calibrated.yaml
+  snakebot diagnose my_session --exclude backlash --known rate_limit.limit_rad_s=1.6
+  snakebot diagnose my_session --json - | jq .verdict
+
+\b
+Exit status: 0 a verdict was reached, whatever it is; 2 bad input (nothing written); 1 internal error.
+"""
+
+
+@click.command(name="diagnose", epilog=EPILOG)
+@click.argument("sources", metavar="SESSION|LOG...", type=click.Path(path_type=Path), nargs=-1, required=True)
+@click.option(
+    "--json", "json_path", metavar="OUT.json", help="Write the verdict as JSON; - for standard output."
+)
+@click.option(
+    "--report", "report_path", type=click.Path(path_type=Path), help="Write a page to look at (HTML)."
+)
+@click.option(
+    "--apply", "apply_path", type=click.Path(path_type=Path), help="Write the robot with the effect in it."
+)
+@click.option("--robot", "robot_source", help="Nominal model [the one in the session].")
+@click.option("--exclude", multiple=True, metavar="EFFECT", help="Never name this effect; may be repeated.")
+@click.option("--only", multiple=True, metavar="EFFECT", help="Try this effect alone; may be repeated.")
+@click.option("--known", multiple=True, metavar="PARAM=VALUE", help="You have measured it: it is not fitted.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the bootstrap.")
+@click.option("--quick", is_flag=True, help="At most two effects, no proposal, rougher intervals.")
+@click.option("--quiet", is_flag=True, help="No progress bar.")
+def command(
+    sources: tuple[Path, ...],
+    json_path: str | None,
+    report_path: Path | None,
+    apply_path: Path | None,
+    robot_source: str | None,
+    exclude: tuple[str, ...],
+    only: tuple[str, ...],
+    known: tuple[str, ...],
+    seed: int,
+    quick: bool,
+    quiet: bool,
+) -> None:
+    """Find where the robot parts from its simulation, which effect causes it, and what closes the gap.
+
+    SESSION is a session folder or a folder of logs; or give run logs one by one.
+    """
+    measured = _known(known)
+    for path in (json_path if json_path != "-" else None, report_path, apply_path):
+        _check_writable(path)
+    session = _session(sources, robot_source)
+    from snakebot.diagnosis import diagnose
+    from snakebot.diagnosis.words import summary
+
+    with _progress(quiet) as progress:
+        found = diagnose(
+            session, exclude=exclude, only=only, known=measured, seed=seed, quick=quick, progress=progress
+        )
+    outputs: list[tuple[Path, str]] = []
+    text = json.dumps(found.to_mapping(), indent=2, allow_nan=False) + "\n"
+    if json_path is not None and json_path != "-":
+        outputs.append((Path(json_path), text))
+    if report_path is not None:
+        outputs.append((report_path, _page(session, found)))
+    refused = None
+    if apply_path is not None:
+        from snakebot.diagnosis.apply import calibrated
+
+        try:
+            outputs.append((apply_path, calibrated(session.robot, found).to_yaml()))
+        except BadInputError as error:
+            refused = error  # the verdict stands all the same
+    _write_all(outputs)
+    if json_path == "-":
+        click.echo(text, nl=False)
+    else:
+        for line in summary(found):
+            click.echo(line)
+        for path, _ in outputs:
+            click.echo(f"wrote {path}")
+    if refused is not None:
+        click.echo(f"snakebot: {refused}; nothing written to {apply_path}", err=True)
+
+
+def _session(sources: tuple[Path, ...], robot_source: str | None) -> Session:
+    import warnings
+    from dataclasses import replace
+
+    from snakebot.runlog import open_runs, open_session
+
+    with warnings.catch_warnings():  # the session carries them, and the verdict lists them
+        warnings.simplefilter("ignore")
+        session = open_session(sources[0]) if len(sources) == 1 else open_runs(sources)
+    if robot_source is not None:
+        from snakebot.robot import load_robot
+
+        session = replace(session, robot=load_robot(robot_source))
+    return session
+
+
+def _known(entries: tuple[str, ...]) -> dict[str, float]:
+    values = {}
+    for entry in entries:
+        name, equals, number = entry.partition("=")
+        try:
+            values[name.strip()] = float(number)
+        except ValueError:
+            equals = ""
+        if not equals or not name.strip() or values[name.strip()] != values[name.strip()]:
+            raise BadInputError(f"--known {entry!r}: write PARAM=VALUE, as in rate_limit.limit_rad_s=1.6")
+    return values
+
+
+def _page(session: Session, found: Diagnosis) -> str:
+    from snakebot.diagnosis.report import page
+
+    return page(session, found)
+
+
+def _check_writable(path: str | Path | None) -> None:
+    """Say so before minutes of work, not after."""
+    if path is None:
+        return
+    target = Path(path)
+    if target.is_dir():
+        raise BadInputError(f"{target}: is a folder; give the name of a file")
+    if not target.parent.is_dir():
+        raise BadInputError(f"{target}: folder {target.parent} does not exist")
+    if not os.access(target.parent, os.W_OK):
+        raise BadInputError(f"{target}: folder {target.parent} cannot be written to")
+
+
+def _write_all(outputs: list[tuple[Path, str]]) -> None:
+    """All or nothing: every file is complete beside its place before the first one takes it."""
+    ready: list[tuple[Path, Path]] = []
+    try:
+        for path, text in outputs:
+            handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+            ready.append((Path(name), path))
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                file.write(text)
+        umask = os.umask(0)
+        os.umask(umask)
+        for temporary, path in ready:
+            temporary.chmod(0o666 & ~umask)
+            os.replace(temporary, path)
+    except OSError as error:
+        raise BadInputError(f"{error.filename}: cannot be written: {error.strerror}") from None
+    finally:
+        for temporary, _ in ready:
+            temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _progress(quiet: bool) -> Iterator[Callable[[str, float], None]]:
+    """A bar with what is being tried, on a terminal only."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda text, share: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns: tuple[Any, ...] = (
+        SpinnerColumn(),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+        TextColumn("{task.description}"),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+
+        def show(text: str, share: float) -> None:
+            bar.update(task, completed=share, description=text or None)
+
+        yield show

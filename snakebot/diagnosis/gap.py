@@ -1,0 +1,98 @@
+"""Whether there is a gap: joint by joint and over ground, against what noise and tolerance allow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snakebot.diagnosis import ground as ground_motion
+from snakebot.diagnosis.blocks import mean_difference
+from snakebot.diagnosis.context import Context
+
+if TYPE_CHECKING:
+    from snakebot.diagnosis.trial import Trial
+
+Floats = NDArray[np.float64]
+
+GAP_SE = 3.0
+GAP_SIZE = 1.0  # mean square over the allowed one, above which a gap is one
+LEAST_SHARE = 0.05  # of the gap, for a joint to be named
+
+
+@dataclass(frozen=True, eq=False)
+class Gap:
+    """The gap of one trial.
+
+    Attributes:
+        joint_square: (k,) mean squares above the floor, rad^2.
+        significant: (k,) whether they are beyond noise and tolerance.
+        ground_ratio: mean square of the ground's features over what is allowed; nan without a ground.
+        ground_significant: the same for the ground.
+    """
+
+    joint_square: Floats
+    significant: NDArray[np.bool_]
+    ground_ratio: float
+    ground_significant: bool
+
+    @property
+    def any(self) -> bool:
+        return bool(self.significant.any()) or self.ground_significant
+
+    @property
+    def joint_shares(self) -> Floats:
+        """(k,) adding up to one; zeros without a gap."""
+        total = self.joint_square.sum()
+        return self.joint_square / total if total > 0 else np.zeros_like(self.joint_square)
+
+
+def gap_of(context: Context, trial: Trial) -> Gap:
+    """What a trial leaves over, joint by joint and over ground."""
+    k = context.data.joints
+    square, significant = np.zeros(k), np.zeros(k, dtype=bool)
+    for joint in range(k):
+        rows = (context.block_joint == joint) & context.selects
+        if not rows.any():
+            continue
+        held, allowed = trial.held_square[rows], context.allowed_square[rows]
+        square[joint] = max(float(held.mean()) - float(context.floor.rad[joint] ** 2), 0.0)
+        significant[joint] = _beyond(held, allowed, context.block_run[rows])
+    rows = (context.block_joint == -1) & context.selects
+    ratio, ground = float("nan"), False
+    if rows.any():
+        ratio = float(np.mean(trial.held_square[rows] / context.allowed_square[rows]))
+        ground = ground_beyond(context, trial)
+    return Gap(square, significant, ratio, ground)
+
+
+def ground_beyond(context: Context, trial: Trial) -> bool:
+    """Whether speed or turning is off beyond what is allowed, over all windows."""
+    ground = context.ground
+    assert ground is not None
+    first = context.angle_blocks.count
+    held, allowed = trial.held_square[first:], context.ground_allowed_square
+    use = context.selects[first:]
+    for kind in (ground_motion.FORWARD, ground_motion.LATERAL, ground_motion.TURN):
+        rows = (ground.kind == kind) & use
+        if rows.sum() >= 2 and np.mean(held[rows] / allowed[rows]) > 2.0 * GAP_SIZE:
+            return True
+        if rows.sum() >= 8 and _beyond(held[rows], allowed[rows], ground.run[rows]):
+            return True
+    return False
+
+
+def _beyond(square: Floats, allowed: Floats, run: NDArray[np.int64]) -> bool:
+    excess = mean_difference(np.log1p(square / allowed) - np.log(1 + GAP_SIZE), run)
+    overall = float(square.mean() / allowed.mean())
+    return (excess.z > GAP_SE and excess.mean > 0) or overall > 2.5 * GAP_SIZE
+
+
+def named_joints(gap: Gap) -> tuple[int, ...]:
+    """1-based joints with a gap worth naming."""
+    share = gap.joint_shares
+    return tuple(
+        j + 1 for j in range(share.size) if gap.significant[j] and share[j] >= LEAST_SHARE / share.size
+    )

@@ -1,0 +1,101 @@
+"""Nonsense in: an error or a warning that names the problem, never a confident verdict."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sessions import bench, make_session
+
+from snakebot.diagnosis import diagnose
+from snakebot.errors import BadInputError
+from snakebot.runlog import Run, Session
+
+
+def changed(session: Session, **columns: object) -> Session:
+    """Every run with its columns passed through functions."""
+    runs = []
+    for run in session.runs:
+        new = {name: function(getattr(run, name)) for name, function in columns.items()}  # type: ignore[operator]
+        runs.append(replace(run, **new))
+    return replace(session, runs=tuple(runs))
+
+
+def test_degrees_are_recognised() -> None:
+    with pytest.raises(BadInputError, match="degrees"):
+        diagnose(changed(make_session(bench(1)), measured_rad=np.degrees))
+    with pytest.raises(BadInputError, match="degrees"):
+        diagnose(changed(make_session(bench(1)), command_rad=np.degrees))
+
+
+def test_small_commands_in_degrees_are_recognised_by_their_ratio() -> None:
+    session = make_session(bench(1), gaits=((5, 0, 2.0), (4, 0, 4.0), (3, 0, 1.0)))
+    with pytest.raises(BadInputError, match=r"57\.\d times the readings: are the columns cmd in degrees"):
+        diagnose(changed(session, command_rad=np.degrees))
+
+
+def test_no_motion() -> None:
+    with pytest.raises(BadInputError, match="no motion is commanded"):
+        diagnose(changed(make_session(bench(1)), command_rad=lambda c: 0 * c, measured_rad=lambda m: 0 * m))
+
+
+def test_all_joints_dead() -> None:
+    with pytest.raises(BadInputError, match="no joint moves"):
+        diagnose(changed(make_session(bench()), measured_rad=lambda m: 0 * m + 0.1))
+
+
+def test_no_readings() -> None:
+    with pytest.raises(BadInputError, match="enc"):
+        diagnose(changed(make_session(bench()), measured_rad=lambda m: np.nan * m))
+
+
+def test_no_runs_and_short_runs() -> None:
+    with pytest.raises(BadInputError, match="no runs"):
+        diagnose(Session(bench(1), ()))
+    t = np.arange(5) / 100
+    run = Run("a", t, t[:, None], t[:, None])
+    with pytest.raises(BadInputError, match="shorter than"):
+        diagnose(Session(bench(1), (run,)))
+
+
+def test_one_run_gives_no_confident_verdict() -> None:
+    session = make_session(bench(1), ["rate_limit:limit_rad_s=1.3"])
+    found = diagnose(replace(session, runs=session.runs[:1]), quick=True)
+    assert all(cause.probability <= 0.5 for cause in found.causes)
+    assert any("only one motion" in warning for warning in found.warnings)
+
+
+def test_shuffled_columns_are_named_as_wiring() -> None:
+    found = diagnose(changed(make_session(bench(3)), measured_rad=lambda m: m[:, [1, 0, 2]]), quick=True)
+    assert found.causes[0].effect == "wiring"
+    assert found.causes[0].joints == (1, 2)
+
+
+def test_swapped_command_and_reading_are_warned_about_and_not_explained() -> None:
+    session = make_session(bench(1), ["servo_lag:time_constant_s=0.15"])
+    runs = tuple(replace(r, command_rad=r.measured_rad, measured_rad=r.command_rad) for r in session.runs)
+    found = diagnose(replace(session, runs=runs), quick=True)
+    assert any("swapped" in warning for warning in found.warnings)
+    assert found.verdict == "unexplained" or all(cause.probability <= 0.5 for cause in found.causes)
+
+
+def test_options_that_name_nothing() -> None:
+    session = make_session(bench(1))
+    with pytest.raises(BadInputError, match="no effect is called 'rate_limt'"):
+        diagnose(session, exclude=["rate_limt"])
+    with pytest.raises(BadInputError, match="no effect has a parameter"):
+        diagnose(session, known={"limit": 1.0})
+    with pytest.raises(BadInputError, match="leave no effect"):
+        diagnose(session, only=["backlash"], exclude=["backlash"])
+
+
+def test_lone_wild_readings_do_not_matter() -> None:
+    def spoil(measured: np.ndarray) -> np.ndarray:
+        out = measured.copy()
+        out[50::97] += 1.0
+        return out
+
+    found = diagnose(changed(make_session(bench(1)), measured_rad=spoil), quick=True)
+    assert found.verdict == "no_gap"
+    assert any("lone readings" in warning for warning in found.warnings)

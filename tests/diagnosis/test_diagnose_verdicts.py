@@ -1,0 +1,136 @@
+"""From a session with a known truth to a verdict."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import jsonschema
+import numpy as np
+import pytest
+from sessions import bench, make_session, snake
+
+from snakebot.diagnosis import Diagnosis, diagnose, json_schema
+from snakebot.runlog import Session
+
+
+@pytest.fixture(scope="module")
+def limited() -> tuple[Session, Diagnosis]:
+    session = make_session(bench(), ["rate_limit:limit_rad_s=1.3,joints=2"])
+    return session, diagnose(session)
+
+
+def test_a_rate_limit_is_found_with_joint_and_value(limited: tuple[Session, Diagnosis]) -> None:
+    _, found = limited
+    assert found.verdict == "explained"
+    assert found.where.stage == "servo"
+    assert found.where.joints == (2,)
+    (cause,) = found.causes
+    assert cause.effect == "rate_limit"
+    assert cause.joints == (2,)
+    value = cause.parameters["limit_rad_s"]
+    assert value.estimate == pytest.approx(1.3, rel=0.01)
+    assert value.ci95 is not None
+    assert value.ci95[0] <= 1.3 <= value.ci95[1]
+    assert found.closure.joint_angle.closed == pytest.approx(1.0, abs=0.02)
+    assert found.where.joint_shares[1] > 0.9
+    assert sum(found.where.joint_shares) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_the_output_meets_the_published_schema(limited: tuple[Session, Diagnosis]) -> None:
+    data = limited[1].to_mapping()
+    assert data["schema"] == "snakebot.diagnosis/1"
+    jsonschema.validate(json.loads(json.dumps(data, allow_nan=False)), json_schema())
+
+
+def test_same_input_and_seed_same_answer(limited: tuple[Session, Diagnosis]) -> None:
+    session, first = limited
+    assert diagnose(session).to_mapping() == first.to_mapping()
+
+
+def test_no_gap_is_no_gap() -> None:
+    found = diagnose(make_session(bench()))
+    assert found.verdict == "no_gap"
+    assert found.causes == ()
+    assert found.where.stage == "none"
+    assert found.closure.joint_angle.closed is None
+    assert found.closure.joint_angle.reason
+
+
+def test_a_lag_within_the_tolerance_of_the_nominal_one_is_no_gap() -> None:
+    assert diagnose(make_session(bench(), ["servo_lag:time_constant_s=0.031"])).verdict == "no_gap"
+
+
+def test_a_delay_is_told_from_a_lag_by_several_frequencies() -> None:
+    found = diagnose(make_session(bench(1), ["command_delay:delay_s=0.06"]), quick=True)
+    assert [cause.effect for cause in found.causes] == ["command_delay"]
+    assert found.causes[0].parameters["delay_s"].estimate == pytest.approx(0.06, abs=0.002)
+    assert found.where.stage == "link"
+
+
+def test_offsets_of_servo_and_encoder_tie_without_a_pose() -> None:
+    found = diagnose(make_session(bench(), ["encoder_offset:offset_deg=4,joints=1"]))
+    (cause,) = found.causes
+    assert {cause.effect, *cause.indistinguishable_from} == {"servo_offset", "encoder_offset"}
+    assert found.next_experiment is None
+    assert any("pose" in warning for warning in found.warnings)
+
+
+def test_a_pose_separates_the_offsets() -> None:
+    found = diagnose(make_session(snake(), ["encoder_offset:offset_deg=4,joints=3"], pose=True), quick=True)
+    assert found.causes[0].effect == "encoder_offset"
+    assert found.causes[0].joints == (3,)
+    assert "servo_offset" not in found.causes[0].indistinguishable_from
+
+
+def test_an_excluded_effect_is_never_named_and_its_case_is_not_explained_with_confidence() -> None:
+    session = make_session(bench(1), ["rate_limit:limit_rad_s=1.0"])
+    found = diagnose(session, exclude=["rate_limit", "voltage_sag"], quick=True)
+    assert all(c.effect not in ("rate_limit", "voltage_sag") for c in found.causes)
+    assert found.verdict == "unexplained" or all(c.probability < 0.7 for c in found.causes)
+
+
+def test_what_no_effect_can_do_is_unexplained_and_located() -> None:
+    session = make_session(bench())
+    runs = []
+    for run in session.runs:
+        measured = run.measured_rad.copy()
+        neighbour = np.interp(run.t_s - 0.25, run.t_s, run.command_rad[:, 1])
+        measured[:, 0] += 0.3 * neighbour**3 / 0.4 + 0.15 * np.sin(6 * run.command_rad[:, 0])
+        runs.append(replace(run, measured_rad=measured))
+    found = diagnose(replace(session, runs=tuple(runs)), quick=True)
+    assert found.verdict == "unexplained"
+    assert found.where.joints == (1,)
+    assert found.unexplained.significant
+    assert "joint 1" in found.unexplained.where
+
+
+def test_known_values_are_not_fitted() -> None:
+    session = make_session(bench(1), ["rate_limit:limit_rad_s=1.3"])
+    found = diagnose(session, known={"rate_limit.limit_rad_s": 1.25}, only=["rate_limit"], quick=True)
+    value = found.causes[0].parameters["limit_rad_s"]
+    assert value.fixed
+    assert value.estimate == 1.25
+    assert value.ci95 is None
+
+
+def test_held_out_runs_are_the_ones_closure_is_taken_on() -> None:
+    session = make_session(bench(1), ["rate_limit:limit_rad_s=1.3"])
+    runs = tuple(replace(run, hold_out=run.name == "run_02.csv") for run in session.runs)
+    found = diagnose(replace(session, runs=runs), quick=True)
+    assert found.closure.held_out_runs == ("run_02.csv",)
+    assert found.closure.joint_angle.closed == pytest.approx(1.0, abs=0.02)
+
+
+def test_stretches_without_power_are_not_fitted() -> None:
+    session = make_session(bench(1))
+    runs = []
+    for run in session.runs:
+        command, measured = run.command_rad.copy(), run.measured_rad.copy()
+        off = (run.t_s > 2.0) & (run.t_s < 3.5)
+        command[off] = np.nan
+        measured[off] = 0.5 * measured[off] - 0.3  # hangs about
+        runs.append(replace(run, command_rad=command, measured_rad=measured))
+    found = diagnose(replace(session, runs=tuple(runs)), quick=True)
+    assert found.verdict == "no_gap"
+    assert any("off in 25%" in warning for warning in found.warnings)

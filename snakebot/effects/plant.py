@@ -79,7 +79,6 @@ class Plant:
             grid_s=dt_s,
             fine=layout.needs_fine_steps(rows),
         )
-        self._chain.setpoint[:] = self._applied
         self._rows = self._chain.params  # modes are written into it
         self._coming: deque[tuple[float, Vector]] = deque()
         self._free = np.zeros(robot.joints, dtype=bool)
@@ -123,6 +122,7 @@ class Plant:
             if not 0 <= j < self.robot.joints:
                 raise BadInputError(f"joint {joint} of a robot with {self.robot.joints} joints")
             here = float(self._chain.angle_rad[j])
+            stay = layout.holding_setpoint_rad(self._rows, self._chain.angle_rad)
             self._free[j] = mode == "free"
             self._hold[j] = hold_rad if mode == "rigid" and hold_rad is not None else np.nan
             if self.stages.servo_rows[j, layout.LOCKED] == layout.DRIVEN:
@@ -132,7 +132,7 @@ class Plant:
                 self._rows[j, layout.LOCKED] = layout.RIGID_JOINT if locked else layout.DRIVEN
                 self._rows[j, layout.LOCK_RAD] = here if locked else 0.0
             if mode == "active":
-                self._applied[j] = here
+                self._applied[j] = stay[j]
         self._chain.setpoint[:] = self._driven(self._applied)
 
     def advance(self, t_s: float) -> None:
@@ -193,5 +193,5 @@ class Plant:
 
     @property
     def clock_ppm(self) -> float:
-        """Sum of the ``clock_drift`` effects, for a board that stamps its readings by its own clock."""
-        return sum(spec.value("ppm") for spec in self.stages.specs if spec.name == "clock_drift")
+        """By how much the effects make the board's own clock run fast: ``clock_drift`` makes it slow."""
+        return -sum(spec.value("ppm") for spec in self.stages.specs if spec.name == "clock_drift")

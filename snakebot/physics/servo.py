@@ -97,25 +97,18 @@ def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: f
         else:
             s[OUTPUT_RATE] = 0.0
         return
-    if s[POWERED] == 0.0:  # the servo wakes up where the joint is
-        s[POWERED] = 1.0
-        s[FILTERED] = s[OUTPUT]
-        s[MOTOR] = s[OUTPUT]
-        s[SMOOTH] = s[OUTPUT]
-        s[SMOOTH_RATE] = s[OUTPUT_RATE]
-        s[DRAGGED] = s[OUTPUT]
-        s[HELD_BACK] = 0.0
-        s[MOTOR_RATE] = s[OUTPUT_RATE] if p[NATURAL_FREQ_RAD_S] > 0.0 else 0.0
+    waking = s[POWERED] == 0.0
+    load = load_in
+    if p[ARM_GRAVITY_NM] != 0.0:
+        load += p[ARM_GRAVITY_NM] * math.sin((s[OUTPUT] if waking else s[MOTOR]) - p[ARM_DOWN_RAD])
+    if waking:
+        _wake(s, p, load)
 
     target = p[GAIN] * p[SIGN] * setpoint + p[OFFSET_RAD]
     if p[NATURAL_FREQ_RAD_S] > 0.0 and p[TIME_CONSTANT_S] > 0.0:
         middle = target + (s[FILTERED] - target) * math.exp(-0.5 * dt / p[TIME_CONSTANT_S])
         s[FILTERED] = target + (s[FILTERED] - target) * math.exp(-dt / p[TIME_CONSTANT_S])
         target = middle
-
-    load = load_in
-    if p[ARM_GRAVITY_NM] != 0.0:
-        load += p[ARM_GRAVITY_NM] * math.sin(s[MOTOR] - p[ARM_DOWN_RAD])
 
     start = s[MOTOR]
     motor_rate = s[MOTOR_RATE]
@@ -128,6 +121,19 @@ def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: f
     s[DRAGGED] = _play(s[DRAGGED], motor - load * loop, p[COULOMB_NM] * loop)
     s[OUTPUT] = _play(s[OUTPUT], s[DRAGGED] - load * p[COMPLIANCE_RAD_NM], 0.5 * p[BACKLASH_RAD])
     s[OUTPUT_RATE] = (s[OUTPUT] - before) / dt
+
+
+@jit
+def _wake(s: Any, p: Any, load: float) -> None:
+    """A servo that is switched on starts from where its joint is, bearing what hangs on it."""
+    s[POWERED] = 1.0
+    s[HELD_BACK] = 0.0
+    s[DRAGGED] = s[OUTPUT] + load * p[COMPLIANCE_RAD_NM]
+    s[MOTOR] = s[DRAGGED] + load * p[LOOP_COMPLIANCE_RAD_NM]
+    s[FILTERED] = s[MOTOR]
+    s[MOTOR_RATE] = s[OUTPUT_RATE] if p[NATURAL_FREQ_RAD_S] > 0.0 else 0.0
+    s[SMOOTH] = s[OUTPUT]
+    s[SMOOTH_RATE] = s[OUTPUT_RATE]
 
 
 @jit

@@ -135,7 +135,7 @@ class DrivenChain:
     ) -> None:
         joints = params.shape[0]
         self.state = state_at_rest(np.broadcast_to(np.asarray(angle_rad, dtype=np.float64), (joints,)))
-        self.setpoint = self.state[:, OUTPUT].copy()
+        self.setpoint = layout.holding_setpoint_rad(params, self.state[:, OUTPUT])
         self.load = np.zeros(joints)
         self.grid_s = grid_s
         self.t_start_s = t_s

@@ -89,6 +89,14 @@ def rest_angle_rad(parameters: Rows, setpoint_rad: npt.ArrayLike) -> Rows:
     return np.where(parameters[:, LOCKED] == RIGID_JOINT, parameters[:, LOCK_RAD], angle)
 
 
+def holding_setpoint_rad(parameters: Rows, angle_rad: npt.ArrayLike) -> Rows:
+    """(joints,) set-point that keeps the joints at their angles: ``rest_angle_rad`` the other way round."""
+    setpoint = np.zeros(parameters.shape[0])
+    driven = (np.asarray(angle_rad) - parameters[:, OFFSET_RAD]) / (parameters[:, GAIN] * parameters[:, SIGN])
+    setpoint[parameters[:, SOURCE].astype(np.int64)] = driven
+    return setpoint
+
+
 def feels_load(parameters: Rows) -> bool:
     """Whether any joint's motion depends on the torque that it bears: on a body it is then that of the whole body."""
     return bool(

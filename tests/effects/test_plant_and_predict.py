@@ -219,6 +219,50 @@ def test_servo_off_swings_in_the_plant_too():
     assert np.allclose(found.encoder_rad[:, 0], angles, atol=0.01)
 
 
+def test_before_the_first_set_point_comes_joints_stay():
+    robot = robot_from_mapping({"joints": 2}, "bench")
+    t = np.arange(0, 1, 0.01)
+    specs = [
+        "command_delay:delay_s=0.2",
+        "servo_offset:offset_deg=10",
+        "command_gain:gain=0.5",
+        "wiring:permutation=2+1",
+    ]
+    command = np.full((t.size, 2), 0.4)
+    found = predict(robot, specs, t, command, initial_rad=[0.3, -0.2], quantise=False).encoder_rad
+    assert np.allclose(found[t <= 0.2], [0.3, -0.2])
+    assert np.allclose(found[-1], 0.2 + math.radians(10))
+    plant = Plant(robot, specs, initial_rad=[0.1, 0.6])
+    start = plant.joint_angle_rad
+    assert np.allclose(start, np.array([0.3, 0.05]) + math.radians(10))
+    plant.advance(0.5)
+    assert np.allclose(plant.joint_angle_rad, start)
+    plant.set_joint_mode(None, "free")
+    plant.set_joint_mode(None, "active")
+    plant.advance(1.0)
+    assert np.allclose(plant.joint_angle_rad, start)
+
+
+def test_a_servo_that_sags_starts_where_the_joint_is():
+    arm = {"mass_kg": 2.0, "length_m": 0.25, "down_deg": -90}
+    robot = robot_from_mapping({"joints": 1, "servo": {"time_constant_s": 0.3, "arm": arm}}, "bench")
+    t = np.arange(0, 1, 0.01)
+    sag = 2.0 * 9.80665 * 0.25 / 50
+    found = predict(
+        robot,
+        ["compliance:stiffness_nm_rad=50"],
+        t,
+        np.zeros((t.size, 1)),
+        initial_rad=[-sag],
+        quantise=False,
+    )
+    assert np.abs(found.encoder_rad + sag).max() < 0.002
+
+
+def test_drift_makes_the_boards_clock_slow():
+    assert Plant(ROBOT, ["clock_drift:ppm=300"]).clock_ppm == -300
+
+
 def test_joint_modes():
     plant = Plant(ROBOT)
     plant.command(0.0, np.full(5, 0.5))

@@ -1,4 +1,4 @@
-"""``snakebot board``: find boards, ask them who they are, simulate one."""
+"""``snakebot board``: find boards, ask them who they are, simulate one, test one."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ Examples:
   snakebot board info serial:/dev/ttyUSB0
   snakebot board sim --serial
   snakebot board sim --can slcan --effect backlash:width_deg=2
+  snakebot board test serial:/dev/ttyUSB0
 """,
 )
 def command() -> None:
-    """Find boards, ask them who they are, simulate one."""
+    """Find boards, ask them who they are, simulate one, test one."""
 
 
 @command.command(
@@ -113,3 +114,47 @@ def info(port: str, robot_source: str, as_json: bool) -> None:
         click.echo(json.dumps(found))
     else:
         show(found)
+
+
+@command.command(
+    name="test",
+    epilog="""\b
+Examples:
+  snakebot board test serial:/dev/ttyUSB0
+  snakebot board test can:socketcan/can0 --long --yes --json
+  snakebot board test --case stops_from_any_mode
+  snakebot board test --list
+
+\b
+Exit status: 0 no promise was broken, 3 no board, 4 the board was lost, 5 a promise was broken.
+""",
+)
+@click.argument("port", default=SIM)
+@click.option("--case", "names", multiple=True, help="Only this case; may be repeated.")
+@click.option("--long", "with_long", is_flag=True, help="Also the cases that take more than a few seconds.")
+@click.option(
+    "--list", "list_only", is_flag=True, help="Show the cases and what each asks for; open nothing."
+)
+@click.option("--robot", "robot_source", default="penn_state", show_default=True, help="What sim: simulates.")
+@click.option("--yes", is_flag=True, help="Do not ask before a real robot moves.")
+@click.option("--json", "as_json", is_flag=True, help="Print a JSON array.")
+def test(
+    port: str,
+    names: tuple[str, ...],
+    with_long: bool,
+    list_only: bool,
+    robot_source: str,
+    yes: bool,
+    as_json: bool,
+) -> None:
+    """Ask the board on PORT for every promise of the protocol. Joints move by a few degrees."""
+    from snakebot.cli.board_test import Options, ask_board, chosen_cases, leave
+
+    if list_only:
+        for case in chosen_cases(names, with_long=True):
+            click.echo(f"{case.name}{' (long)' if case.long else ''}\n    {case.rule}")
+        return
+    outcomes = ask_board(Options(port, robot_source, names, with_long, yes, quiet=as_json))
+    if as_json:
+        click.echo(json.dumps(outcomes))
+    leave(outcomes)

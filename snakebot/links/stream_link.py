@@ -54,15 +54,23 @@ class StreamLink(Link):
             LostBoardError: the line is gone, or has taken no byte for 80 ms.
             ProtocolError: a frame that the protocol does not have (a fault of the caller).
         """
-        self._check()
         if not frames:
+            self._check()
             return
-        data = self._pack(frames)
+        self.send_bytes(self._pack(frames))
+        self.statistics.sent += len(frames)
+
+    def send_bytes(self, data: bytes) -> None:
+        """Put bytes on the line as they are: for asking what a board makes of noise.
+
+        Raises:
+            LostBoardError: the line is gone.
+        """
+        self._check()
         try:
             self._stream.write(data)
         except OSError as error:
             raise self._lost(error) from None
-        self.statistics.sent += len(frames)
         self.statistics.bytes_sent += len(data)
 
     def receive(self, timeout_s: float) -> list[Frame]:

@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -262,3 +262,47 @@ def test_the_document_names_every_finding(findings: dict[str, dict[str, str]]) -
     text = CONNECT.read_text(encoding="utf-8")
     for what in set(findings) - {"versions", "board", "driver"}:
         assert what in text
+
+
+def test_the_simulated_board_keeps_its_promises() -> None:
+    result = snakebot("board", "test", "--case", "answers_pings", "--case", "clock_goes_right", "--json")
+    assert result.status == 0
+    outcomes = json.loads(result.out)
+    assert [(each["case"], each["verdict"]) for each in outcomes] == [
+        ("answers_pings", "passed"),
+        ("clock_goes_right", "passed"),
+    ]
+    assert (
+        "2 passed" in snakebot("board", "test", "--case", "answers_pings", "--case", "clock_goes_right").out
+    )
+
+
+def test_a_broken_promise_is_status_5_with_the_rule_and_the_traffic(monkeypatch: pytest.MonkeyPatch) -> None:
+    from snakebot.simboard import SimBoard
+
+    right = SimBoard._shows_us
+    monkeypatch.setattr(SimBoard, "_shows_us", lambda self, t_s: right(self, 1.03 * t_s))
+    result = snakebot("board", "test", "--case", "clock_goes_right")
+    assert result.status == 5
+    assert "FAIL clock_goes_right" in result.out
+    assert "goes right to 1 %" in result.out
+    assert "Pong" in result.out
+
+
+def test_a_real_robot_is_not_moved_unasked(monkeypatch: pytest.MonkeyPatch) -> None:
+    from snakebot.board import Board
+
+    connect = Board.connect
+    monkeypatch.setattr(Board, "connect", lambda self: replace(connect(self), simulated=False))
+    monkeypatch.setattr(sys, "stdin", io.StringIO())
+    result = snakebot("board", "test", "--case", "answers_pings")
+    assert result.status == 2
+    assert "--yes" in result.err
+    assert snakebot("board", "test", "--case", "answers_pings", "--yes").status == 0
+
+
+def test_cases_are_listed_and_misspelt_ones_refused() -> None:
+    assert "answers_pings\n    Ping is answered" in snakebot("board", "test", "--list").out
+    result = snakebot("board", "test", "--case", "answers_ping")
+    assert result.status == 2
+    assert "did you mean answers_pings?" in result.err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -190,6 +191,33 @@ def link_timing(run: RunAnalysis, points: int) -> LineChart | None:
     return LineChart(
         "Timing of the link", t, lines, TIME, Axis("time", "ms", 3), sync=run.name, points=points
     )
+
+
+TELEMETRY = (
+    ("Supply voltage", "V", re.compile(r"supply_v")),
+    ("Current of the servos", "A", re.compile(r"current_(\d+)_a")),
+    ("Temperature of the servos", "°C", re.compile(r"temperature_(\d+)_c")),
+)
+
+
+def telemetry(run: RunAnalysis, points: int) -> list[LineChart]:
+    """Supply, currents and temperatures, as far as the run recorded them."""
+    charts = []
+    for title, unit, pattern in TELEMETRY:
+        lines = []
+        for name, values in sorted(run.run.extra.items()):
+            found = pattern.fullmatch(name)
+            if found is None or not np.issubdtype(values.dtype, np.number) or not np.isfinite(values).any():
+                continue
+            joint = int(found[1]) if found.groups() else 0
+            label, color = (f"joint {joint}", joint_color(joint)) if joint else ("supply", "series1")
+            lines.append(Line(label, values.astype(np.float64), color, width=1.2))
+        if lines:
+            axis = Axis(title.split()[0].lower(), unit, 3)
+            charts.append(
+                LineChart(title, run.run.t_s, lines, TIME, axis, steady_band(run), run.name, points=points)
+            )
+    return charts
 
 
 def body_animation(run: RunAnalysis, frames: int) -> SnakeAnimation | None:

@@ -13,7 +13,7 @@ from snakebot.analysis.sine import Array
 
 @dataclass(frozen=True)
 class LinkQuality:
-    """Timing of one run. Delays are ``nan`` where the run did not record them.
+    """Timing of one run. Delays are ``nan``, and late ticks ``None``, where the run did not record them.
 
     ``latency_*``: from a set-point sent to its encoder reading back. ``delay_to_board_s``: by how much the
     set-points that the board executed trail those commanded, from the two signals alone. ``jitter_*``:
@@ -26,7 +26,7 @@ class LinkQuality:
     jitter_std_s: float
     jitter_p99_s: float
     lost: float
-    late_ticks: int
+    late_ticks: int | None
     latency_median_s: float
     latency_p99_s: float
     latency_max_s: float
@@ -54,7 +54,7 @@ def link_quality(
         jitter_std_s=float(np.sqrt(np.mean(departure**2))) if len(departure) else math.nan,
         jitter_p99_s=float(np.percentile(departure, 99)) if len(departure) else math.nan,
         lost=float(np.mean(~np.isfinite(measured_rad))) if measured_rad.size else math.nan,
-        late_ticks=int(np.nansum(np.asarray(late, dtype=np.float64) > 0)) if late is not None else 0,
+        late_ticks=int(np.nansum(np.asarray(late, dtype=np.float64) > 0)) if late is not None else None,
         latency_median_s=float(np.median(known)) if len(known) else math.nan,
         latency_p99_s=float(np.percentile(known, 99)) if len(known) else math.nan,
         latency_max_s=float(np.max(known)) if len(known) else math.nan,

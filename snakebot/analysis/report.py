@@ -58,6 +58,7 @@ def _add_run(section: Section, run: RunAnalysis, points: int) -> None:
         section.add_grid(*figures.hysteresis_portraits(run, fine))
     if (spectrum := figures.spectra(run)) is not None:
         section.add(spectrum)
+    section.add_grid(*figures.telemetry(run, points))
     section.add(link_table(run))
     if (timing := figures.link_timing(run, points)) is not None:
         section.add(timing)

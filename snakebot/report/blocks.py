@@ -85,7 +85,7 @@ class Table:
 
     def numeric(self) -> list[bool]:
         """Which columns hold numbers, and are set flush right."""
-        return [any(isinstance(row[i], (int, float)) for row in self.rows) for i in range(len(self.columns))]
+        return [not any(isinstance(row[i], str) for row in self.rows) for i in range(len(self.columns))]
 
 
 @dataclass(frozen=True)

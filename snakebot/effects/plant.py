@@ -193,5 +193,5 @@ class Plant:
 
     @property
     def clock_ppm(self) -> float:
-        """By how much the effects make the board's own clock run fast: ``clock_drift`` makes it slow."""
-        return -sum(spec.value("ppm") for spec in self.stages.specs if spec.name == "clock_drift")
+        """Sum of the ``clock_drift`` effects: by how much the board's own clock is off."""
+        return sum(spec.value("ppm") for spec in self.stages.specs if spec.name == "clock_drift")

@@ -259,8 +259,8 @@ def test_a_servo_that_sags_starts_where_the_joint_is():
     assert np.abs(found.encoder_rad + sag).max() < 0.002
 
 
-def test_drift_makes_the_boards_clock_slow():
-    assert Plant(ROBOT, ["clock_drift:ppm=300"]).clock_ppm == -300
+def test_drift_is_told_to_the_board():
+    assert Plant(ROBOT, ["clock_drift:ppm=300"]).clock_ppm == 300
 
 
 def test_joint_modes():

@@ -37,7 +37,7 @@ class ClockDrift(Effect):
     name = "clock_drift"
     example = "clock_drift:ppm=2000"
     stage = "link"
-    summary = "The board plays set-points by a clock of its own that is slower than the host's."
+    summary = "The clocks of host and board drift apart: by the host's clock the robot is later and later."
     mark = (
         "A delay that is nothing at the start and grows steadily through the run, the same in "
         "seconds on all joints."

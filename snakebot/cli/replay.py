@@ -95,11 +95,9 @@ def command(log: Path, **options: Any) -> None:
         )
         click.echo(json.dumps(result) if options["as_json"] else text)
         return
-    rate_hz = recorded.metadata.get("rate_hz", 100.0) if options["rate"] is None else options["rate"]
+    rate_hz = (recorded.number("rate_hz") or 100.0) if options["rate"] is None else options["rate"]
     label = f"{gait_label(recorded.gait)}_replay" if recorded.gait is not None else "replay"
-    settle_s = options["ramp"] + float(
-        recorded.metadata.get("ramp_s", 0.0)
-    )  # the recorded ramp comes after ours
+    settle_s = options["ramp"] + (recorded.number("ramp_s") or 0.0)  # the recorded ramp comes after ours
     ended = execute(
         robot,
         recorded.gait,

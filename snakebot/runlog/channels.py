@@ -8,11 +8,13 @@ JSON with a JSON schema is what Foxglove and PlotJuggler plot without a plug-in.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import orjson
 
+from snakebot.runlog.metadata import as_utf8
 from snakebot.runlog.records import Event, Level, LinkStatistics, Pose, RawFrame, Telemetry, Tick
 
 PROFILE = "snakebot"  # in the header of every log; the schemas below are version 1
@@ -231,17 +233,22 @@ def encode_event(event: Event, start_ns: int) -> bytes:
         {
             "timestamp": _time(start_ns, event.t_s),
             "level": _LEVELS.get(event.level, 2),
-            "message": event.message,
+            "message": as_utf8(event.message),
             "name": event.kind,
             "file": "",
             "line": 0,
             "t_s": event.t_s,
             "kind": event.kind,
-            "data": dict(event.data),
-        },
-        default=_plain,
-        option=_OPTIONS | orjson.OPT_NON_STR_KEYS,
+            "data": orjson.Fragment(_encode_details(event.data)),
+        }
     )
+
+
+def _encode_details(data: Mapping[str, object]) -> bytes:
+    try:
+        return orjson.dumps(dict(data), default=_plain, option=_OPTIONS | orjson.OPT_NON_STR_KEYS)
+    except TypeError:  # integers beyond 64 bits, odd keys: a run must not fail over a remark
+        return orjson.dumps({as_utf8(str(key)): as_utf8(str(value)) for key, value in data.items()})
 
 
 def level_name(number: object) -> Level:

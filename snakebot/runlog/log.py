@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,13 +66,28 @@ class RunLog:
 
     @property
     def gait(self) -> Gait | None:
-        """The commanded gait, where the metadata names one."""
+        """The commanded gait, where the metadata names one.
+
+        Raises:
+            BadInputError: what it names is no gait.
+        """
         return gait_from_mapping(self.metadata.get("gait"), str(self.path))
 
     @property
     def forward_speed_m_s(self) -> float | None:
-        value = self.metadata.get("forward_speed_m_s")
-        return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else None
+        return self.number("forward_speed_m_s")
+
+    @property
+    def start_time_ns(self) -> int:
+        """Wall clock at t_s = 0; 0 where the log does not say."""
+        return int(self.number("start_time_ns") or 0)
+
+    def number(self, key: str) -> float | None:
+        """A number of the metadata; None where it is missing or no finite number (a stranger wrote the log)."""
+        value = self.metadata.get(key)
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+            return None
+        return value
 
     def pose_at(self, t_s: Floats) -> Floats:
         """Pose at these times (N, 3), linear between poses; nan before the first and after the last.

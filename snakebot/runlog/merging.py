@@ -87,7 +87,7 @@ def place_track(log: RunLog, track: Track, offset_s: float | None) -> tuple[Offs
     Raises:
         BadInputError: the motion does not say, or the two do not overlap.
     """
-    start_s = float(log.metadata.get("start_time_ns", 0)) * 1e-9
+    start_s = log.start_time_ns * 1e-9
     if offset_s is not None:
         offset, how = Offset(offset_s, math.nan), "given"
     elif track.t_s[0] > EPOCH_S:
@@ -116,7 +116,7 @@ def merge_track(
         LogError: the log is unfinished or cannot be rewritten.
     """
     log = read_log(path)
-    start_ns = int(log.metadata.get("start_time_ns", 0))
+    start_ns = log.start_time_ns
     poses = (
         Pose(t, *row)
         for t, row in zip((track.t_s - offset.offset_s).tolist(), track.pose.tolist(), strict=True)

@@ -19,7 +19,7 @@ _CHECKSUM = "crc32"
 
 def to_strings(metadata: Mapping[str, Any]) -> dict[str, str]:
     """Encode and add the checksum. Tuples come back as lists, numpy arrays too, other objects as text."""
-    texts = {str(key): _encode(value) for key, value in metadata.items() if str(key) != _CHECKSUM}
+    texts = {as_utf8(str(key)): _encode(value) for key, value in metadata.items() if str(key) != _CHECKSUM}
     return {**texts, _CHECKSUM: _checksum(texts)}
 
 
@@ -31,12 +31,20 @@ def from_strings(texts: Mapping[str, str]) -> dict[str, Any] | None:
     return {key: _decode(text) for key, text in body.items()}
 
 
+def as_utf8(text: str) -> str:
+    """Text that can be written: what a terminal passes on undecoded (``\\udcff``) is spelt out."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
 def _encode(value: Any) -> str:
+    value = as_utf8(value) if isinstance(value, str) else value
     if isinstance(value, str) and isinstance(_decode(value), str) and not value.startswith('"'):
         return value
-    return orjson.dumps(
-        value, default=_plain, option=orjson.OPT_SERIALIZE_NUMPY | orjson.OPT_NON_STR_KEYS
-    ).decode()
+    try:
+        options = orjson.OPT_SERIALIZE_NUMPY | orjson.OPT_NON_STR_KEYS
+        return orjson.dumps(value, default=_plain, option=options).decode()
+    except TypeError:  # integers beyond 64 bits, odd keys: a run must not fail over a remark
+        return orjson.dumps(as_utf8(str(value))).decode()
 
 
 def _decode(text: str) -> Any:

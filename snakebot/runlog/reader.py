@@ -268,19 +268,16 @@ def _robot(
 ) -> Robot:
     """The attached description, or, where that is damaged, a bench with as many joints as the rows have."""
     where = f"{path}: {ROBOT_ATTACHMENT}"
-    description: object
-    if ROBOT_ATTACHMENT in attachments:
-        description = load_yaml(attachments[ROBOT_ATTACHMENT], where)
-    else:
+    try:
+        if ROBOT_ATTACHMENT in attachments:
+            return robot_from_mapping(load_yaml(attachments[ROBOT_ATTACHMENT], where), where)
         problems.append("the robot's description is missing")
         vectors = joints.parts.get("setpoint_rad")
         if not vectors and "joints" not in metadata:
             raise UnreadableLogError(
                 f"{path}: too damaged: neither the robot's description nor a tick is left"
             )
-        description = {"joints": vectors[0].shape[1] if vectors else metadata["joints"]}
-    try:
-        return robot_from_mapping(description, where)
+        return robot_from_mapping({"joints": vectors[0].shape[1] if vectors else metadata["joints"]}, where)
     except BadInputError as error:
         raise UnreadableLogError(str(error)) from None
 

@@ -41,8 +41,8 @@ def recorded_setpoints(log: RunLog) -> tuple[Floats, Floats]:
 
 def _tick_times(log: RunLog) -> Floats:
     """Times from zero at which the set-points were due: on the grid of the rate, where the log names one."""
-    rate_hz = log.metadata.get("rate_hz")
-    if isinstance(rate_hz, (int, float)) and rate_hz > 0:
+    rate_hz = log.number("rate_hz")
+    if rate_hz is not None and rate_hz > 0:
         ticks = np.floor(log.t_s * rate_hz + _EARLY)
         if np.all(np.diff(ticks) > 0):
             return np.asarray((ticks - ticks[0]) / rate_hz, dtype=np.float64)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import struct
 import tempfile
@@ -19,11 +20,14 @@ from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 from runlog_samples import ROBOT, START_NS, assert_equals_ticks, flushed, make_ticks
 
-from snakebot.errors import LogError
+from snakebot.errors import LogError, UnreadableLogError
 from snakebot.runlog import LogWarning, Pose, RunLog, RunWriter, metadata, read_log
 from snakebot.runlog.channels import CHANNELS, JOINTS
 from snakebot.runlog.finish import finish
+from snakebot.runlog.listing import summarize
+from snakebot.runlog.merging import merge_speed
 from snakebot.runlog.part_file import metadata_record
+from snakebot.runlog.replaying import recorded_setpoints
 
 TICKS = make_ticks(240)
 
@@ -270,6 +274,45 @@ def test_a_record_longer_than_the_file_is_not_read(tmp_path: Path) -> None:
     path.write_bytes(_start() + struct.pack("<BQ", 6, 1 << 60) + b"abc")
     with pytest.warns(LogWarning, match="cut short or damaged"):
         assert len(read_log(path).sequence) == 0
+
+
+NASTY = ["soon", None, [], {}, True, 1e308, -1, 10**30]
+
+
+@pytest.mark.parametrize("value", NASTY, ids=repr)
+def test_metadata_of_the_wrong_kind_is_put_up_with(tmp_path: Path, value: object) -> None:
+    keys = (
+        "start_time_ns",
+        "rate_hz",
+        "ramp_s",
+        "forward_speed_m_s",
+        "simulated",
+        "faults",
+        "notes",
+        "joints",
+    )
+    with RunWriter(tmp_path / "run", ROBOT, start_time_ns=START_NS) as writer:
+        writer.add_metadata(dict.fromkeys(keys, value))
+        for tick in TICKS[:20]:
+            tick = dataclasses.replace(tick, setpoint_rad=np.zeros(5))
+            writer.tick(tick)
+    run = read_log(writer.path).to_run()
+    assert len(run) == 20
+    merge_speed(writer.path, 0.1)
+    assert read_log(writer.path).forward_speed_m_s == 0.1
+    recorded_setpoints(read_log(writer.path))
+    assert summarize(writer.path).ticks == 20
+
+
+@pytest.mark.parametrize(
+    "description", [b"", b"[]", b"joints: 0", b"joints: 3", b"\xff", b"joints: " + b"[" * 3000]
+)
+def test_a_robot_description_that_is_none_is_one_line(tmp_path: Path, description: bytes) -> None:
+    with RunWriter(tmp_path / "run", ROBOT, attachments={"robot.yaml": description}) as writer:
+        writer.tick(TICKS[0])
+    with pytest.raises(UnreadableLogError) as error:
+        read_log(writer.path)
+    assert "\n" not in str(error.value)
 
 
 def test_names_inside_a_log_are_never_used_as_paths(tmp_path: Path) -> None:

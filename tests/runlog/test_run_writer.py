@@ -284,3 +284,14 @@ def test_events_carry_numpy_and_odd_keys(tmp_path: Path) -> None:
     event = read_log(writer.path).events[0]
     assert event.level == "error"
     assert event.data == {"where": 0.5, "joints": [1, 2], "raw": "01", "path": "x"}
+
+
+def test_what_json_cannot_carry_becomes_text_not_an_error(tmp_path: Path) -> None:
+    with RunWriter(
+        tmp_path / "run", ROBOT, {"huge": 10**30, "notes": "caf\udce9", "deep": ["\udcff"]}
+    ) as writer:
+        writer.event(Event(0.0, "odd", "caf\udce9", data={"huge": 10**30, "fine": 1}))
+    log = read_log(writer.path)
+    assert log.metadata["huge"] == str(10**30)
+    assert log.metadata["notes"] == log.events[0].message == "caf\\udce9"
+    assert log.events[0].data["huge"] == str(10**30)

@@ -326,6 +326,20 @@ def test_a_parquet_of_text_is_an_error_that_names_the_column(tmp_path: Path) -> 
         read_session(folder)
 
 
+def test_a_parquet_bomb_is_not_unpacked(tmp_path: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    folder = _session(tmp_path / "s", text=ONE_JOINT.replace("csv", "parquet"))
+    zeros = pa.table({name: np.zeros(1_000_000) for name in ("t_s", "cmd_1_rad", "enc_1_rad")})
+    with pq.ParquetWriter(folder / "run.parquet", zeros.schema) as writer:
+        for _ in range(20):
+            writer.write_table(zeros)
+    assert (folder / "run.parquet").stat().st_size < 1_000_000
+    with pytest.raises(BadInputError, match="20000000 rows of 3 columns are too many"):
+        read_session(folder)
+
+
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.binary(max_size=300))
 def test_any_bytes_as_a_table_are_rows_or_one_line(

@@ -164,6 +164,8 @@ def predict_stages(
 ) -> Prediction:
     """``predict`` for a robot that is assembled already; the four stages one after the other."""
     t = np.asarray(t_s, dtype=np.float64)
+    if t.ndim != 1 or t.size < 2 or not np.all(np.isfinite(t)) or np.any(np.diff(t) <= 0):
+        raise BadInputError("prediction: the times of a run must be two or more, and rise")
     command = _table(command_rad, t, stages.robot, "command_rad")
     measured = None if measured_rad is None else _table(measured_rad, t, stages.robot, "measured_rad")
     if applied_rad is None:
@@ -320,7 +322,7 @@ def _motion(t_s: Vector, base: Vector) -> Motion:
 
 def _table(given: npt.ArrayLike, t_s: Vector, robot: Robot, name: str) -> Vector:
     table = np.asarray(given, dtype=np.float64)
-    if t_s.ndim != 1 or t_s.size < 2 or table.shape != (t_s.size, robot.joints):
+    if table.shape != (t_s.size, robot.joints):
         raise BadInputError(
             f"prediction: {name} is {table.shape}; expected ({t_s.size}, {robot.joints}) for {robot.joints} joints"
         )

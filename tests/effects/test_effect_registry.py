@@ -179,3 +179,17 @@ def test_the_command_of_the_pages(tmp_path):
     subprocess.run(arguments, capture_output=True, check=True)
     assert not stale.exists()
     assert (target / "mine.md").exists()
+
+
+def test_the_arm_of_the_index_is_one():
+    import yaml
+
+    from snakebot.effects.page import index_page
+    from snakebot.effects.stages import arm_of
+
+    (block,) = re.findall(r"```yaml\n(.*?)```", index_page(), re.DOTALL)
+    arm = arm_of(robot_from_mapping(yaml.safe_load(block), "index"))
+    assert arm is not None
+    for name in ("drag_nm_s", "coulomb_nm"):
+        assert name in index_page()
+        assert hasattr(arm, name)

@@ -4,8 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from snakebot.effects import Plant, effects, parse_effect, predict
+from snakebot.errors import BadInputError
 from snakebot.robot import load_robot, robot_from_mapping
 
 ROBOT = load_robot("penn_state")
@@ -104,6 +107,82 @@ def test_effects_compose_in_the_order_of_the_signal():
     assert np.array_equal(a.encoder_rad, b.encoder_rad)
     encoders, _, _ = drive(Plant(ROBOT, specs), t, command)
     assert np.abs(encoders - a.encoder_rad).max() <= 1.01 * ROBOT.rad_per_count
+
+
+SETS = st.lists(
+    st.sampled_from(
+        [n for n in effects() if n not in ("torque_limit", "torque_speed", "compliance", "joint_friction")]
+    ),
+    min_size=2,
+    max_size=4,
+    unique=True,
+)
+
+
+@settings(max_examples=20, deadline=None, derandomize=True)
+@given(SETS)
+def test_any_set_of_effects_is_the_same_online_and_in_batch(names):
+    t = ticks(irregular=True)[:300]
+    command = gait(t)
+    specs = [neutral_chance(effects()[name].example) for name in names]
+    encoders, _, poses = drive(Plant(ROBOT, specs, t_s=t[0]), t, command)
+    found = predict(ROBOT, specs, t, command)
+    tolerance = LOAD_TOLERANCE_RAD if "joint_free" in names else 2.01 * ROBOT.rad_per_count
+    assert np.abs(encoders - found.encoder_rad).max() < tolerance
+    assert np.hypot(*(poses[:, :2] - found.motion.com_m).T).max() < 0.03
+
+
+@pytest.mark.parametrize("links", [2, 9, 32])
+def test_any_number_of_links(links):
+    robot = robot_from_mapping({**ROBOT.to_mapping(), "links": links}, "long")
+    t = np.arange(0.0, 1.0, 0.01)
+    command = 0.3 * t[:, None] * np.sin(3 * t[:, None] + np.arange(links - 1) * 0.7)
+    specs = [
+        "torque_limit:limit_nm=0.5",
+        "compliance:stiffness_nm_rad=20",
+        "joint_free:joints=1",
+        "backlash:width_deg=2",
+    ]
+    for chosen in (specs, specs[2:]):
+        encoders, _, _ = drive(Plant(robot, chosen), t, command)
+        found = predict(robot, chosen, t, command)
+        assert np.abs(encoders - found.encoder_rad).max() < 2 * LOAD_TOLERANCE_RAD
+        assert np.all(np.isfinite(found.motion.com_m))
+
+
+@pytest.mark.parametrize(
+    ("t", "command", "told"),
+    [
+        ([0.0, 0.1, 0.1], np.zeros((3, 5)), "rise"),
+        ([0.0, np.nan, 0.2], np.zeros((3, 5)), "rise"),
+        ([0.0], np.zeros((1, 5)), "two or more"),
+        ([0.0, 0.1, 0.2], np.zeros((3, 4)), r"command_rad is \(3, 4\); expected \(3, 5\)"),
+    ],
+)
+def test_runs_that_are_none(t, command, told):
+    with pytest.raises(BadInputError, match=told):
+        predict(ROBOT, (), t, command)
+
+
+@pytest.mark.parametrize(
+    "arm", [{"mass_kg": 1}, {"mass_kg": 1, "length_m": 0}, {"mass": 1}, 3, {"mass_kg": "x", "length_m": 1}]
+)
+def test_an_arm_that_is_none(arm):
+    robot = robot_from_mapping({"joints": 1, "servo": {"arm": arm}}, "bench")
+    with pytest.raises(BadInputError, match=r"servo\.arm takes numbers for mass_kg, length_m"):
+        Plant(robot)
+
+
+def test_plant_refuses_what_does_not_fit():
+    plant = Plant(ROBOT)
+    for attempt in (
+        lambda: plant.command(0.0, [0.0] * 4),
+        lambda: plant.set_joint_mode(6, "free"),
+        lambda: Plant(ROBOT, dt_s=0.0),
+        lambda: Plant(ROBOT, ["rate_limit:limit_rad_s=1,joints=6"]),
+    ):
+        with pytest.raises(BadInputError):
+            attempt()
 
 
 def test_same_effect_on_other_joints_and_last_one_holds():

@@ -193,8 +193,8 @@ class RunWriter:
             last = self._closed
             try:
                 self._drain()
-            except OSError as error:
-                self._fail(error.strerror or str(error))
+            except Exception as error:  # this thread may not die in silence: the run loop must hear of it
+                self._fail(getattr(error, "strerror", None) or f"{type(error).__name__}: {error}")
 
     def _sync_loop(self) -> None:
         synced, last = -1, False
@@ -210,10 +210,10 @@ class RunWriter:
     def _drain(self) -> None:
         """Write what is on the queue now, in chunks; metadata records stand between chunks."""
         batch: list[bytes] = []
-        size, message = 0, int(Opcode.MESSAGE)
+        size, opcode = 0, int(Opcode.MESSAGE)
         for _ in range(len(self._queue)):
             record = self._queue.popleft()
-            is_message = record[0] == message
+            is_message = record[0] == opcode
             if is_message:
                 batch.append(record)
                 size += len(record)

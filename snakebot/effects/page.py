@@ -91,12 +91,13 @@ HOW = """
 ## How they are computed
 
 * One compiled kernel serves the simulated board and the fit, so what is injected is what is fitted.
-* Set-points are held until the next one. First-order lag, dead band and rate limit are then exact whatever the step; the
-  second-order response is exact while no limit bites.
+* Set-points are held until the next one. First-order lag, dead band and rate limit are then exact whatever the step;
+  the second-order response is exact while no limit bites.
 * What is left to chance (lost set-points, noise) is in a prediction as its mean, and as a variance beside it.
 * `torque_limit`, `torque_speed`, `compliance` and `joint_friction` depend on the torque that a joint bears. With a body
-  that comes from the chain's dynamics, all joints together. On a bench it comes from the arm, if the robot's description
-  has one, and is quasi-static; without an arm these effects do nothing, but for the loop of `joint_friction`:
+  that comes from the chain's dynamics, all joints together. On a bench it comes from the arm, if the robot's
+  description has one, and is quasi-static; without an arm these effects do nothing, but for the loop of
+  `joint_friction`:
 
 ```yaml
 joints: 1
@@ -106,8 +107,8 @@ servo:
 ```
 
 * A servo without a set-point lets its joint swing: with the body, or on a bench with its arm as a pendulum.
-* Servos do not jump in speed: the body follows its joints through a smoothing of 10 ms, and its pose is carried on by as
-  much. In a run at 100 Hz speed and path are those of smooth joint motion within 1 %.
+* Servos do not jump in speed: the body follows its joints through a smoothing of 10 ms, and its pose is carried on by
+  as much. In a run at an even 100 Hz, speed and power are those of smooth joint motion within 1 %.
 """
 
 

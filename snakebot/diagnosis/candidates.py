@@ -141,11 +141,16 @@ def _named(subset: Sequence[int], count: int) -> tuple[int, ...] | None:
 
 
 def _dear(context: Context, base: Trial, effect: Effect, taken: set[int]) -> list[Candidate]:
-    """An effect that couples all joints, so that they cannot be tried at once: on those with a gap, together and alone."""
-    joints = [j for j in np.flatnonzero(gap_of(context, base).significant) if j + 1 not in taken]
+    """An effect that couples all joints, so that they cannot be tried at once: on those with a gap, together
+    and alone.
+    """
+    joints = [int(j) for j in np.flatnonzero(gap_of(context, base).significant) if j + 1 not in taken]
     if not joints:
         return []
-    subsets = [tuple(joints)] + ([(j,) for j in joints] if 1 < len(joints) <= MOST_ALONE else [])
+    subsets = [tuple(joints)]
+    if context.data.joints > len(joints) >= max(2, context.data.joints // 2):
+        subsets.append(tuple(range(context.data.joints)))
+    subsets += [(j,) for j in joints] if 1 < len(joints) <= MOST_ALONE else []
     fixed = fixed_by(context.known, effect.name)
     out = []
     for subset in subsets:
@@ -191,7 +196,8 @@ def _wiring(context: Context, base: Trial) -> list[Candidate]:
     joints = context.data.joints
     (start,) = find_effect("wiring").starts(context.observed, tuple(range(joints)))
     order, signs = start["permutation"], start["signs"]
-    assert isinstance(order, tuple) and isinstance(signs, tuple)
+    assert isinstance(order, tuple)
+    assert isinstance(signs, tuple)
     wrong = [j for j in range(joints) if int(order[j]) != j + 1 or signs[j] < 0]
     if not wrong:
         return []

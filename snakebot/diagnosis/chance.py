@@ -43,13 +43,13 @@ def random_delay(context: Context, trial: Trial) -> RandomDelay:
     explained = total = weight = 0.0
     lagged, power, square = 0.0, 0.0, 0.0
     for run, reading in zip(context.data.runs, trial.readings, strict=True):
-        use = run.use.all(axis=1)
+        use = np.asarray(run.use.all(axis=1))
         if use.sum() < 50:
             continue
-        rate = np.gradient(reading, run.t_s, axis=0)
+        rate: Floats = np.asarray(np.gradient(reading, run.t_s, axis=0))
         residual = np.where(use[:, None], run.measured_rad - reading, 0.0)
-        noise = np.square(context.floor.white_rad).sum()
-        speed = np.square(rate).sum(axis=1)
+        noise = float(np.square(context.floor.white_rad).sum())
+        speed: Floats = np.asarray(np.square(rate).sum(axis=1))
         moving = use & (speed > 0.1 * np.quantile(speed[use], 0.9))
         delay = np.where(moving, -(residual * rate).sum(axis=1) / np.maximum(speed, 1e-12), 0.0)
         explained += float((np.square(delay) * speed)[moving].sum())

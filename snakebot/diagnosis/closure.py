@@ -1,7 +1,7 @@
 """How far the gap shrinks on runs that no parameter was fitted to: of the joint angles, and of the forward speed.
 
-closed = (E_before^2 - E_after^2) / (E_before^2 - floor^2). Intervals are from a bootstrap over blocks of time within each
-run (angles) or over runs (speeds).
+closed = (E_before^2 - E_after^2) / (E_before^2 - floor^2). Intervals are from a bootstrap over blocks of time
+within each run (angles) or over runs (speeds).
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""All that the search shares: prepared data, simulator, blocks with their allowed spread, folds, the measured ground."""
+"""All that the search shares: prepared data, simulator, blocks with their allowed spread, folds, the measured
+ground.
+"""
 
 from __future__ import annotations
 
@@ -38,6 +40,7 @@ class Context:
     observed: Observed
     nominal: list[Floats]  # predicted readings, (N, k) a run
     known: Mapping[str, float] = field(default_factory=dict)
+    least_square: Floats | None = None  # (B,) see ``settle``
     seed: int = 0
     _ground_cache: dict[tuple[str, ...], Floats] = field(default_factory=dict)
     _lock: Lock = field(default_factory=Lock)
@@ -87,6 +90,19 @@ class Context:
         size = {i: float(gap[blocks.run == i].mean()) for i in self.free_runs if np.any(blocks.run == i)}
         order = sorted(size, key=lambda i: (-size[i], i))
         return tuple(dict.fromkeys((order[0], order[len(order) // 2]))) if order else self.free_runs
+
+    def settle(self, healthy: Bools, nominal_square: Floats) -> None:
+        """From now on no explanation is credited for doing better than the nominal one where there is no gap.
+
+        Args:
+            healthy: (B,) blocks of joints (or of the ground) without a gap.
+            nominal_square: (B,).
+        """
+        self.least_square = np.where(healthy, nominal_square, 0.0)
+
+    def credited(self, mean_square: Floats) -> Floats:
+        """(B,) mean squares, no better than nominal where there is nothing to explain."""
+        return mean_square if self.least_square is None else np.maximum(mean_square, self.least_square)
 
     def score(self, mean_square: Floats) -> Floats:
         return np.asarray(-0.5 * np.log1p(mean_square / self.allowed_square))

@@ -1,7 +1,7 @@
 """A session made ready: spikes taken out, servo-off stretches cut, repeats and gaits told apart.
 
-Nothing here knows an effect. Everything downstream works on ``Data``: for each run the arrays, and for each joint a mask
-of the samples that may be compared with a prediction.
+Nothing here knows an effect. Everything downstream works on ``Data``: for each run the arrays, and for each
+joint a mask of the samples that may be compared with a prediction.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ Bools = NDArray[np.bool_]
 SPIKE_MAD = 8.0  # a lone sample this many robust deviations off its neighbours is a bad reading
 SPIKE_COUNTS = 6.0  # ... and at least this many encoder counts
 SAME_MOTION = 0.01  # commands closer than this share of their amplitude are the same motion
+MOST_OF_IT = 0.95  # ... in this share of the samples: the edge of a step may come a tick late
 WAKE_UP_S = 0.05  # after a servo comes back its state is not known for this long
 BLOCK_S = 1.0
 MIN_SAMPLES = 8  # of a joint in a run, below which the run tells nothing about it
@@ -73,7 +74,7 @@ class Data:
     @property
     def quantiser_rad(self) -> float:
         """Standard deviation that rounding to encoder counts brings in."""
-        return self.robot.rad_per_count / np.sqrt(12.0)
+        return float(self.robot.rad_per_count / np.sqrt(12.0))
 
     @property
     def has_ground(self) -> bool:
@@ -202,6 +203,6 @@ def same_motion(a: Run, b: Run) -> bool:
         other = np.interp(ta[inside], tb[np.isfinite(cb)], cb[np.isfinite(cb)])
         difference = ca[inside] - other
         size = np.nanstd(ca) + 0.05 * np.nanmax(np.abs(ca)) + 1e-9
-        if np.sqrt(np.nanmedian(np.square(difference))) > SAME_MOTION * size:
+        if np.nanquantile(np.abs(difference), MOST_OF_IT) > SAME_MOTION * size:
             return False
     return True

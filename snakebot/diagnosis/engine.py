@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
@@ -178,8 +179,7 @@ def _conclude(
                 effect=after.hypothesis.terms[-1].effect,
                 joints=_joints_of(context, after.hypothesis.terms[-1]),
                 joint_angle_closed=angle_closure(context, nominal, after).closed,
-                forward_speed_closed=(found_speed := speed_closure(context, forward_speeds(context, after)))
-                and found_speed.closed,
+                forward_speed_closed=_speed_closed(context, after),
             )
             for _, after in steps
         ),
@@ -243,7 +243,7 @@ def _steps(context: Context, found: Found, best: Trial) -> list[tuple[Trial, Tri
         start = np.concatenate(best.hypothesis.split(best.theta)[:count])
         trials.append(known or run_trial(context, part, [start]))
     trials.append(best)
-    return list(zip(trials[:-1], trials[1:], strict=True))
+    return list(pairwise(trials))
 
 
 @dataclass(frozen=True, eq=False)
@@ -370,10 +370,14 @@ def _weigh(
     return _Weighed(cause, group, closes)
 
 
+def _speed_closed(context: Context, trial: Trial) -> float | None:
+    found = speed_closure(context, forward_speeds(context, trial))
+    return None if found is None else found.closed
+
+
 def _closure_alone(context: Context, nominal: Trial, single: Trial, term: Term) -> float | None:
     if term.stage == "body":
-        closed = speed_closure(context, forward_speeds(context, single))
-        return None if closed is None else closed.closed
+        return _speed_closed(context, single)
     return angle_closure(context, nominal, single).closed
 
 
@@ -397,7 +401,9 @@ def _noise_cause(context: Context, noise: Noise) -> Cause:
 def _ranking(
     context: Context, found: Found, best: Trial, weighed: Sequence[_Weighed]
 ) -> tuple[RankingEntry, ...]:
-    """Explanations tried, best first. Probabilities: of the best, that all its causes are right, shared in its group."""
+    """Explanations tried, best first. Probabilities: of the best, that all its causes are right, shared in
+    its group.
+    """
     top = float(np.prod([w.cause.probability for w in weighed])) if weighed else 0.0
     group = [best, *(t for w in weighed for t in w.group)]
     parts = shared(top, [t.score(context) for t in group]) if weighed else []

@@ -1,8 +1,8 @@
 """The next experiment: of the motions that are safe, the one in which the explanations still open differ most.
 
-Each rival is simulated on each motion, at its fit and at draws from the fit's uncertainty: a difference that another value
-of a parameter would make as well separates nothing. Small slow gaits are probes (dead band, play, friction), fast and
-wide ones tell lags, limits and delays apart, and a pose tells the joint from its reading.
+Each rival is simulated on each motion, at its fit and at draws from the fit's uncertainty: a difference that
+another value of a parameter would make as well separates nothing. Small slow gaits are probes (dead band, play,
+friction), fast and wide ones tell lags, limits and delays apart, and a pose tells the joint from its reading.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def propose(context: Context, rivals: Sequence[Trial], probability: float) -> Pr
         if best is None or apart > best[0] + 1e-9:
             best = (apart, gait)
     if best is None or best[0] < ALIKE:
-        return Proposal(None, _channel(rivals))
+        return Proposal(None, _channel(rivals, context.data.robot.body is None))
     apart, gait = best
     settled = 1 - 0.5 * float(np.exp(-apart / 0.1))
     shown = GaitDegrees(
@@ -93,7 +93,8 @@ def propose(context: Context, rivals: Sequence[Trial], probability: float) -> Pr
             f"offset {shown.offset_deg:g} deg, {DURATION_S:g} s",
             separates=(tuple(" + ".join(n) for n in names),),
             expected_probability_after=round(min(probability * settled, 0.99), 3),
-            reason=f"in {kind} the predictions of {label} differ by {_times(apart)} the noise, whatever their parameters",
+            reason=f"in {kind} the predictions of {label} differ by {_times(apart)} the noise, "
+            "whatever their parameters",
             command=_command(shown),
         ),
         None,
@@ -118,8 +119,8 @@ def _variants(trial: Trial, rng: np.random.Generator) -> list[tuple[EffectSpec, 
     covariance = np.nan_to_num(trial.covariance, nan=0.0, posinf=0.0)
     if trial.theta.size and np.any(covariance):
         root = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        for _ in range(DRAWS):
-            out.append(trial.hypothesis.specs(trial.theta + root * rng.normal(size=root.size)))
+        draws = rng.normal(size=(DRAWS, root.size))
+        out.extend(trial.hypothesis.specs(trial.theta + root * draw) for draw in draws)
     return out
 
 
@@ -196,15 +197,18 @@ def _ground_apart(context: Context, x: Floats | None, y: Floats | None) -> float
     return float(np.max(0.5 * np.log1p(np.square(x - y) / room)))
 
 
-def _channel(rivals: Sequence[Trial]) -> str:
+def _channel(rivals: Sequence[Trial], on_bench: bool) -> str:
     """The signal that would settle what no motion does."""
     terms = [trial.hypothesis.terms[-1] for trial in rivals]
     stages = {term.stage for term in terms}
     names = ", ".join(dict.fromkeys(term.effect for term in terms))
-    if "sensor" in stages and len(stages) > 1:
-        return f"no motion separates {names} on these channels; a pose of the robot (x_m, y_m, heading_rad) would"
+    unable = f"no motion separates {names} on these channels"
+    if "sensor" in stages and len(stages) > 1 and not on_bench:
+        return f"{unable}; a pose of the robot (x_m, y_m, heading_rad) would"
     if stages == {"body"}:
-        return f"no motion separates {names} on these channels; weighing the links or pulling the robot by a balance would"
+        return f"{unable}; weighing the links or pulling the robot by a balance would"
+    if on_bench and "sensor" in stages:
+        return f"{unable}; a second look at the joint's angle (a protractor, a camera) would"
     if "link" in stages:
-        return f"no motion separates {names} on these channels; the set-point that the board applied (applied_i_rad) would"
-    return f"no motion separates {names} on these channels; the motors' current, or another load, would"
+        return f"{unable}; the set-point that the board applied (applied_i_rad) would"
+    return f"{unable}; the motors' current, or another load, would"

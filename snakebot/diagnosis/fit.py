@@ -84,7 +84,9 @@ class _Weights:
         per_block = 0.5 * self.size * np.log1p(square / self.allowed)
         weight = np.zeros(residual.shape)
         weight[self.used] = (1.0 / (self.allowed + square))[self.flat]
-        return np.bincount(self.unit, weights=per_block, minlength=self.units), weight
+        totals = np.zeros(self.units)
+        np.add.at(totals, self.unit, per_block)
+        return totals, np.asarray(weight)
 
 
 def to_scale(theta: Floats, problem: Problem) -> Floats:
@@ -141,9 +143,9 @@ def minimise(problem: Problem, start: Floats, most_steps: int = 25, *, covarianc
     if covariance:
         jacobian = _jacobian(problem, z, residual, span)
         evaluations += p
-        for u in range(units):
-            columns = problem.unit == u
-            spread[u] = _covariance(
+        for unit in range(units):
+            columns = problem.unit == unit
+            spread[unit] = _covariance(
                 jacobian[:, :, columns], residual[:, columns], weight[:, columns], problem.block[:, columns]
             )
         scale = np.where(problem.logarithmic, theta, 1.0)
@@ -262,8 +264,8 @@ def _covariance(jacobian: Floats, residual: Floats, weight: Floats, block: Ints)
     if usable.any() and names.size > p:
         inverse = np.linalg.pinv(hessian[np.ix_(usable, usable)], hermitian=True)
         # scores of neighbouring blocks go together: add lag one (Newey-West)
-        inner = scores[usable]
-        meat = inner @ inner.T
+        inner = np.asarray(scores[usable])
+        meat = np.asarray(inner @ inner.T, dtype=np.float64)
         lag = inner[:, 1:] @ inner[:, :-1].T
         meat = meat + 0.5 * (lag + lag.T)
         meat *= names.size / (names.size - p)

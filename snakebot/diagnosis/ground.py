@@ -1,8 +1,8 @@
 """The motion over ground: measured by a pose or by one forward speed a run, predicted by replaying joint angles.
 
-A run with a pose is cut into cycles of its gait (or seconds); of each the mean velocity along and across the mean heading
-and the turn rate are compared. Errors therefore do not pile up along the way. A run with a forward speed alone gives one
-number: the speed over its second half.
+A run with a pose is cut into cycles of its gait (or seconds); of each the mean velocity along and across the
+mean heading and the turn rate are compared. Errors therefore do not pile up along the way. A run with a forward
+speed alone gives one number: the speed over its second half.
 """
 
 from __future__ import annotations
@@ -96,9 +96,9 @@ def measured_ground(data: Data) -> Ground | None:
                 kinds.append(kind)
     if not values:
         return None
-    value, kind, of = np.array(values), np.array(kinds, dtype=np.int64), np.array(window_of, dtype=np.int64)
-    floor, from_repeats = _floor(data, windows, value, kind, of)
-    return Ground(tuple(windows), value, of, kind, floor, from_repeats)
+    value, what, of = np.array(values), np.array(kinds, dtype=np.int64), np.array(window_of, dtype=np.int64)
+    floor, from_repeats = _floor(data, windows, value, what, of)
+    return Ground(tuple(windows), value, of, what, floor, from_repeats)
 
 
 def _windows(index: int, run: PreparedRun) -> list[Window]:

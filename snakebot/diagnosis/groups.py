@@ -1,7 +1,8 @@
 """Which effects this data cannot tell apart: the winner is simulated at its fit, and the rivals are fitted to that.
 
-If a rival then comes as close as the noise allows, no search over this data could have preferred one to the other on good
-grounds, whichever happened to win. Nothing is wired in: the ties of one session are not those of another.
+If a rival then comes as close as the noise allows, no search over this data could have preferred one to the
+other on good grounds, whichever happened to win. Nothing is wired in: the ties of one session are not those of
+another.
 """
 
 from __future__ import annotations
@@ -59,7 +60,8 @@ def _trails(context: Context, best: Trial, rival: Trial) -> float:
 def _as_if(context: Context, best: Trial) -> Context:
     """The context in which ``best`` is the truth: its readings and a draw of the noise, on the same samples.
 
-    What the best explanation leaves over is noise as well: two effects that differ by less than the rest are not told apart.
+    What the best explanation leaves over is noise as well: two effects that differ by less than the rest are
+    not told apart.
     """
     rng = np.random.default_rng(context.seed)
     predicted = context.simulator.predict(best.specs)
@@ -87,4 +89,6 @@ def _as_if(context: Context, best: Trial) -> Context:
             value=np.where(np.isfinite(features), features, ground.value)
             + rng.normal(size=spread.size) * spread,
         )
-    return replace(context, data=data, simulator=Simulator(data), ground=ground, _ground_cache={})
+    return replace(
+        context, data=data, simulator=Simulator(data), ground=ground, least_square=None, _ground_cache={}
+    )

@@ -1,8 +1,8 @@
 """Where the gap lies: measured signals are fed in at each boundary, and what vanishes with them lies before it.
 
-set-point -> [link] -> applied -> [servo, sensor] -> reading -> [body] -> motion over ground. The angle's part and the ground's
-part are made comparable as shares of the motion itself. Between servo and sensor no signal is measured: there the
-effects that were found decide.
+set-point -> [link] -> applied -> [servo, sensor] -> reading -> [body] -> motion over ground. The angle's part
+and the ground's part are made comparable as shares of the motion itself. Between servo and sensor no signal is
+measured: there the effects that were found decide.
 """
 
 from __future__ import annotations

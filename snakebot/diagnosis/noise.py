@@ -1,4 +1,6 @@
-"""Noisy encoders: the one cause that leaves no mark on the mean, found by how readings scatter from sample to sample."""
+"""Noisy encoders: the one cause that leaves no mark on the mean, found by how readings scatter from sample to
+sample.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,7 @@ def noisy_encoders(context: Context) -> Noise | None:
     white = context.floor.white_rad
     q = context.data.quantiser_rad
     middle = float(np.median(white))
-    loud = [
+    loud: list[int] = [
         j
         for j, w in enumerate(white)
         if w > max(PLAIN_NOISE_RAD, 4 * q)
@@ -34,10 +36,9 @@ def noisy_encoders(context: Context) -> Noise | None:
     ]
     if not loud:
         return None
-    std = float(np.sqrt(max(np.mean(np.square(white[loud])) - q * q, 0.0)))
+    std = float(np.sqrt(max(float(np.mean(np.square(white[loud]))) - q * q, 0.0)))
     samples = sum(int(run.use[:, j].sum()) for run in context.data.runs for j in loud)
-    relative = (
-        1.96 * np.sqrt(2.5 / max(samples, 1)) + 0.02
-    )  # third differences share noise; the estimate itself is rough
+    # third differences share their noise, and the estimate itself is rough
+    relative = float(1.96 * np.sqrt(2.5 / max(samples, 1)) + 0.02)
     degrees = float(np.degrees(std))
     return Noise(tuple(j + 1 for j in loud), degrees, (degrees * (1 - relative), degrees * (1 + relative)))

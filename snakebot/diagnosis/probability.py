@@ -1,7 +1,8 @@
 """How sure: from how far an explanation leads and how little it leaves over to a calibrated probability.
 
-The shape of the rule is fixed here, its numbers come from ``calibration.json``, which ``tools/calibrate_diagnosis`` writes from
-simulated sessions with known causes (the command and the seeds stand in the file).
+The shape of the rule is fixed here, its numbers come from ``calibration.json``, which
+``tools/calibrate_diagnosis`` writes from simulated sessions with known causes (the command and the seeds stand
+in the file).
 """
 
 from __future__ import annotations

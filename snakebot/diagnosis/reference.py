@@ -1,8 +1,9 @@
 """A flexible model that names nothing: how much of a residual can be predicted at all from what was commanded.
 
-A bank of operators (delays, rate limiters, play of several widths, powers, load, time, neighbours) is run on the nominal
-motion, and a ridge regression on their outputs predicts the residual, fitted and scored on the same folds as the
-effects. If it predicts on held-out gaits what the best effects leave over, there is something that no known effect says.
+A bank of operators (delays, rate limiters, play of several widths, powers, load, time, neighbours) is run on
+the nominal motion, and a ridge regression on their outputs predicts the residual, fitted and scored on the same
+folds as the effects. If it predicts on held-out gaits what the best effects leave over, there is something that
+no known effect says.
 """
 
 from __future__ import annotations
@@ -121,7 +122,7 @@ def _features(
     return np.stack(columns, axis=1)
 
 
-@njit(cache=True)  # type: ignore[misc]
+@njit(cache=True)
 def play(x: Any, half_width: float) -> Any:
     """Output of a play of this half width that starts in its middle."""
     out = np.empty_like(x)
@@ -132,7 +133,7 @@ def play(x: Any, half_width: float) -> Any:
     return out
 
 
-@njit(cache=True)  # type: ignore[misc]
+@njit(cache=True)
 def limited(t: Any, x: Any, rate: float) -> Any:
     """``x`` followed at no more than ``rate``."""
     out = np.empty_like(x)

@@ -86,7 +86,9 @@ class RankingEntry(_Part):
 
 
 class AngleClosure(_Part):
-    """How far the gap shrinks on runs no parameter was fitted to: closed = (before^2 - after^2) / (before^2 - floor^2)."""
+    """How far the gap shrinks on runs no parameter was fitted to: closed = (before^2 - after^2) / (before^2 -
+    floor^2).
+    """
 
     unit: Literal["rad"] = "rad"
     rms_before: float

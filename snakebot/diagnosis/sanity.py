@@ -55,7 +55,8 @@ def check_data(data: Data) -> list[str]:
         warnings.append(f"{data.spikes} lone readings far off their neighbours were left out")
     if len({run.motion for run in data.runs if not run.hold_out}) < 2:
         warnings.append(
-            "only one motion may be fitted: nothing can be checked on another one, so no cause is given with confidence; "
+            "only one motion may be fitted: nothing can be checked on another one, so no cause is given "
+            "with confidence; "
             "record at least three gaits"
         )
     off = sum(int(np.isnan(run.command_rad).sum()) for run in data.runs)

@@ -1,11 +1,12 @@
 """The score of an explanation: how small its residuals are, block by block, against what noise and tolerance allow.
 
 With m the mean square of a block's residual and s its allowed spread, a block scores ``-1/2 log(1 + m / s^2)``. The
-logarithm keeps one violent run from outvoting the calm ones, where dead band and backlash show; near the floor it is the
-usual sum of squares.
+logarithm keeps one violent run from outvoting the calm ones, where dead band and backlash show; near the floor
+it is the usual sum of squares.
 
-The allowed spread is the noise floor and the *tolerance*: how far the prediction moves when the nominal servo's time constant
-is off by ``LAG_TOLERANCE``. A simulation is never better than its own numbers; what lies within them is no gap.
+The allowed spread is the noise floor and the *tolerance*: how far the prediction moves when the nominal servo's
+time constant is off by ``LAG_TOLERANCE``. A simulation is never better than its own numbers; what lies within
+them is no gap.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The search: try every effect, keep what gains on held-out gaits, add another only where it earns its place, prune back.
+"""The search: try every effect, keep what gains on held-out gaits, add another where it earns its place, prune.
 
 Greedy choice by training error over-fits; so an effect is added only when its held-out gain is more than two standard
 errors and large enough to matter, and is taken out again when the explanation does as well without it.
@@ -66,6 +66,9 @@ def search(
     """Find the explanation of a session's gap."""
     library = usable_effects(context, only, exclude)
     nominal = nominal_trial(context)
+    gap = gap_of(context, nominal)
+    ill = [j for j in range(context.data.joints) if gap.significant[j]] + [-1] * gap.ground_significant
+    context.settle(~np.isin(context.block_joint, ill), nominal.held_square)
     singles = _explore(context, nominal, library, lambda text, share: progress(text, 0.4 * share))
     path = [nominal]
     best = nominal
@@ -83,20 +86,17 @@ def search(
         if len(best.hypothesis.names) >= limit or closed_enough(context, best):
             break
         count = len(best.hypothesis.terms)
-        round_ = _explore(
-            context,
-            best,
-            library,
-            lambda text, share, done=count: progress(
-                f"with {best.hypothesis}: {text}", 0.4 + 0.2 * (done - 1 + share)
-            ),
-        )
+        round_ = _explore(context, best, library, _part(progress, str(best.hypothesis), count))
     best = prune(context, best)
     rivals = []
     for index in range(len(best.hypothesis.terms)):
         progress(f"rivals of {best.hypothesis.terms[index].effect}", 0.8 + 0.1 * index)
         rivals.append(_rivals(context, best, index, nominal, singles, library))
     return Found(nominal, best, tuple(singles), tuple(rivals), tuple(path))
+
+
+def _part(progress: Progress, name: str, done: int) -> Progress:
+    return lambda text, share: progress(f"with {name}: {text}", 0.4 + 0.2 * (done - 1 + share))
 
 
 def touched(context: Context, trial: Trial, base: Trial) -> Bools:
@@ -107,7 +107,9 @@ def touched(context: Context, trial: Trial, base: Trial) -> Bools:
 
 
 def accepted(context: Context, trial: Trial, base: Trial) -> bool:
-    """Whether what was added to ``base`` gains more than two standard errors, and enough to matter, where there is a gap."""
+    """Whether what was added to ``base`` gains more than two standard errors, and enough to matter, where
+    there is a gap.
+    """
     rows = touched(context, trial, base)
     gap = gap_of(context, base)
     joints = [
@@ -249,8 +251,10 @@ def _rivals(
     for effect in library:
         if effect.name in best.hypothesis.names or (effect.stage == "body") != (term.stage == "body"):
             continue
-        for candidate in candidates(context, square_theta, effect):
-            fits.append(run_trial(context, candidate.hypothesis, candidate.starts, cross=False, rough=True))
+        fits.extend(
+            run_trial(context, candidate.hypothesis, candidate.starts, cross=False, rough=True)
+            for candidate in candidates(context, square_theta, effect)
+        )
     fits.sort(key=lambda t: -float(context.score(t.fitted_square)[context.selects].mean()))
     return tuple(_ranked(context, [run_trial(context, t.hypothesis, [t.theta]) for t in fits[:4]]))
 

@@ -1,7 +1,8 @@
-"""Predicted readings of every run under a set of effects: the same filters and servo kernel that the simulated board has.
+"""Predicted readings of every run under a set of effects: by the filters and the kernel of the simulated board.
 
-Set-points come into force at their own times and are held; servos start where the joint was first read. Where nothing but
-the servo itself matters no joint disturbs another, so all joints are simulated at once, each with parameters of its own.
+Set-points come into force at their own times and are held; servos start where the joint was first read. Where
+nothing but the servo itself matters no joint disturbs another, so all joints are simulated at once, each with
+parameters of its own.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """One explanation put to the test: fitted to all runs that may be fitted, and scored on gaits left out.
 
-Effects before the ground are fitted to the joint angles, effects of the body to the motion over ground; each side sees the
-other's effects at their fitted values.
+Effects before the ground are fitted to the joint angles, effects of the body to the motion over ground; each
+side sees the other's effects at their fitted values.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def squares(
         else context.nominal
     )
     angles = context.angle_blocks.mean_square(context.residuals(readings))
-    return np.concatenate([angles, context.ground_square(specs)]), readings
+    return context.credited(np.concatenate([angles, context.ground_square(specs)])), readings
 
 
 def predicted_readings(
@@ -122,7 +122,7 @@ def run_trial(
     run_theta = [theta] * len(context.data.runs)
     held = fitted.copy()
     readings = list(readings)
-    runs = context.block_run
+    block_run = context.block_run
     for fold in context.folds:
         fold_theta, _ = _fit(context, hypothesis, [theta], fold.fit, FOLD_STEPS, 1, covariance=False)
         fold_specs = hypothesis.specs(fold_theta)
@@ -140,8 +140,8 @@ def run_trial(
         ground = np.zeros(0)
         if context.ground is not None:
             ground = np.square(context.ground_features(fold_specs, score) - context.ground.value)
-        square = np.concatenate([angles, ground])
-        mine = np.isin(runs, score)
+        square = context.credited(np.concatenate([angles, ground]))
+        mine = np.isin(block_run, score)
         held[mine] = square[mine]
     return Trial(hypothesis, theta, covariance, fitted, held, readings, tuple(run_theta))
 

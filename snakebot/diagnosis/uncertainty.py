@@ -1,4 +1,6 @@
-"""Intervals of parameters: from the scatter of the data, and from the nominal numbers that are only known within a tolerance."""
+"""Intervals of parameters: from the scatter of the data, and from the nominal numbers that are only known
+within a tolerance.
+"""
 
 from __future__ import annotations
 

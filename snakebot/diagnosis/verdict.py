@@ -15,9 +15,10 @@ from snakebot.diagnosis.trial import Trial
 
 Floats = NDArray[np.float64]
 
-MUCH_LEFT = 0.25  # share of the gap that no explanation may leave over
+MUCH_LEFT = 0.2  # share of the gap that no explanation may leave over
 SOME_LEFT = 0.08  # ... nor this much, if a model that names nothing predicts it
 PREDICTABLE = 0.4  # share of the rest that such a model must predict on held-out gaits
+FAR_ABOVE = 20.0  # ... or if it stands this far above what is allowed, in mean squares
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +29,13 @@ class Rest:
         share: of the gap above what is allowed, in mean squares.
         gap: joint by joint and over ground.
         predictable: share of it that the flexible reference predicts on held-out gaits.
+        ratio: mean square over the allowed one, on the joints with a rest.
     """
 
     share: float
     gap: Gap
     predictable: float
+    ratio: float
 
     @property
     def significant(self) -> bool:
@@ -66,7 +69,15 @@ def rest_of(context: Context, nominal: Trial, best: Trial) -> Rest:
         over = np.maximum(whole - context.scale.floor_square, 0.0)
         if over.sum() > 0:
             predictable = float(np.clip((whole - left).sum() / over.sum(), -1.0, 1.0))
-    return Rest(share, gap, predictable)
+    return Rest(share, gap, predictable, _ratio(context, best, gap))
+
+
+def _ratio(context: Context, best: Trial, gap: Gap) -> float:
+    joints = np.flatnonzero(gap.significant)
+    rows = np.isin(context.block_joint, joints) & context.selects
+    if not rows.any():
+        return 0.0
+    return float(best.held_square[rows].mean() / context.allowed_square[rows].mean())
 
 
 def _share(context: Context, nominal: Trial, best: Trial) -> float:
@@ -101,6 +112,8 @@ def decide(
         return "unexplained"
     if not rest.significant:
         return "explained"
-    if rest.share > MUCH_LEFT or (rest.share > SOME_LEFT and rest.predictable > PREDICTABLE):
+    if rest.share > MUCH_LEFT or (
+        rest.share > SOME_LEFT and (rest.predictable > PREDICTABLE or rest.ratio > FAR_ABOVE)
+    ):
         return "unexplained"
     return "explained"

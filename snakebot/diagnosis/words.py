@@ -85,7 +85,8 @@ def _closure(diagnosis: Diagnosis) -> list[str]:
         ends = f" (95 %: {angle.ci95[0]:.1%} to {angle.ci95[1]:.1%})" if angle.ci95 else ""
         floor = "unknown" if angle.rms_floor is None else f"{degrees(angle.rms_floor):.2g} deg"
         lines.append(
-            f"Joint angles on held-out runs: {degrees(angle.rms_before):.3g} -> {degrees(angle.rms_after):.3g} deg rms, "
+            f"Joint angles on held-out runs: {degrees(angle.rms_before):.3g} -> "
+            f"{degrees(angle.rms_after):.3g} deg rms, "
             f"floor {floor}: {angle.closed:.1%} closed{ends}"
         )
     if speed is not None and speed.closed is not None:

@@ -11,6 +11,7 @@ import pytest
 from sessions import bench, make_session, snake
 
 from snakebot.diagnosis import Diagnosis, diagnose, json_schema
+from snakebot.effects import predict
 from snakebot.runlog import Session
 
 
@@ -123,14 +124,17 @@ def test_held_out_runs_are_the_ones_closure_is_taken_on() -> None:
 
 
 def test_stretches_without_power_are_not_fitted() -> None:
-    session = make_session(bench(1))
+    robot = bench(1)
     runs = []
-    for run in session.runs:
-        command, measured = run.command_rad.copy(), run.measured_rad.copy()
+    for run in make_session(robot).runs:
         off = (run.t_s > 2.0) & (run.t_s < 3.5)
-        command[off] = np.nan
-        measured[off] = 0.5 * measured[off] - 0.3  # hangs about
-        runs.append(replace(run, command_rad=command, measured_rad=measured))
-    found = diagnose(replace(session, runs=tuple(runs)), quick=True)
+        command = np.where(off[:, None], np.nan, run.command_rad)
+        hanging = -0.8 * np.sin(9 * run.t_s)[:, None]
+        made = predict(
+            robot, (), run.t_s, command, measured_rad=np.where(off[:, None], hanging, run.command_rad)
+        )
+        reading = np.where(off[:, None], hanging, made.encoder_rad)
+        runs.append(replace(run, command_rad=command, measured_rad=reading))
+    found = diagnose(Session(robot, tuple(runs)), quick=True)
     assert found.verdict == "no_gap"
     assert any("off in 25%" in warning for warning in found.warnings)

@@ -1,5 +1,6 @@
 #include "board.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "generated/catalogue.h"
@@ -109,8 +110,8 @@ static void send_sample(struct sb_board *board, uint32_t now_us)
     int16_t applied[SB_MAX_GROUPS * SB_GROUP];
     for (uint8_t i = 0u; i < groups * SB_GROUP; i++) {
         const bool exists = i < joints->config->joints;
-        measured[i] = exists ? sb_joints_measured(joints, i) : INT16_MIN;
-        applied[i] = exists ? sb_joints_applied(joints, i) : (int16_t)0;
+        measured[i] = (int16_t)(exists ? sb_joints_measured(joints, i) : INT16_MIN);
+        applied[i] = (int16_t)(exists ? sb_joints_applied(joints, i) : 0);
     }
     const struct snakebot_state_t state = {
         .sequence = board->sequence,
@@ -120,12 +121,12 @@ static void send_sample(struct sb_board *board, uint32_t now_us)
     };
     SEND(board, state, STATE, state);
     for (uint8_t group = 0u; group < groups; group++) {
-        const int16_t *part = &measured[SB_GROUP * group];
+        const int16_t *part = &measured[(size_t)SB_GROUP * group];
         const struct snakebot_measured_t message = {board->sample, group, part[0], part[1], part[2]};
         SEND(board, measured, MEASURED, message);
     }
     for (uint8_t group = 0u; group < groups; group++) {
-        const int16_t *part = &applied[SB_GROUP * group];
+        const int16_t *part = &applied[(size_t)SB_GROUP * group];
         const struct snakebot_applied_t message = {board->sample, group, part[0], part[1], part[2]};
         SEND(board, applied, APPLIED, message);
     }

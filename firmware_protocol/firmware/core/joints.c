@@ -115,8 +115,8 @@ bool sb_joints_execute(struct sb_joints *joints, const struct sb_tick *tick, uin
                        bool *clamped)
 {
     const uint32_t interval_us = (uint32_t)lroundf(SB_INTERVAL_STEP_S * 1e6f) * tick->interval;
-    float wanted_rad[SB_MAX_JOINTS];
-    float target_rad[SB_MAX_JOINTS];
+    float wanted_rad[SB_MAX_JOINTS] = {0.0f};
+    float target_rad[SB_MAX_JOINTS] = {0.0f};
     for (uint8_t i = 0u; i < joints->config->joints; i++) {
         wanted_rad[i] = (float)tick->angle[i] * SB_ANGLE_STEP_RAD;
         target_rad[i] = target(joints, i, wanted_rad[i]);

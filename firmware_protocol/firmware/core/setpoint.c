@@ -1,5 +1,6 @@
 #include "setpoint.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "crc.h"
@@ -103,7 +104,7 @@ bool sb_assembler_group(struct sb_assembler *assembler, const struct snakebot_se
     struct sb_unfinished *one = find(assembler, group->sequence);
     one->groups = (uint16_t)(one->groups | (1u << group->group));
     if (group->group < SB_MAX_GROUPS) {
-        int16_t *angle = &one->angle[SB_GROUP * group->group];
+        int16_t *angle = &one->angle[(size_t)SB_GROUP * group->group];
         angle[0] = group->first_rad;
         angle[1] = group->second_rad;
         angle[2] = group->third_rad;

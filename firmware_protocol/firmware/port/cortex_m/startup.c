@@ -1,11 +1,11 @@
 /* Vectors and what happens before main(): no library needed. */
 #include <stdint.h>
 
-extern uint32_t data_load;
-extern uint32_t data_start;
-extern uint32_t data_end;
-extern uint32_t bss_start;
-extern uint32_t bss_end;
+extern uint32_t data_load[];
+extern uint32_t data_start[];
+extern uint32_t data_end[];
+extern uint32_t bss_start[];
+extern uint32_t bss_end[];
 extern uint32_t stack_top;
 
 int main(void);
@@ -20,13 +20,13 @@ void uart0_tx_handler(void);
 
 void reset_handler(void)
 {
-    const uint32_t *from = &data_load;
-    for (uint32_t *to = &data_start; to < &data_end; to++) {
-        *to = *from;
-        from++;
+    const uint32_t data_words = (uint32_t)(((uintptr_t)data_end - (uintptr_t)data_start) / sizeof(uint32_t));
+    const uint32_t bss_words = (uint32_t)(((uintptr_t)bss_end - (uintptr_t)bss_start) / sizeof(uint32_t));
+    for (uint32_t i = 0u; i < data_words; i++) {
+        data_start[i] = data_load[i];
     }
-    for (uint32_t *to = &bss_start; to < &bss_end; to++) {
-        *to = 0u;
+    for (uint32_t i = 0u; i < bss_words; i++) {
+        bss_start[i] = 0u;
     }
     (void)main();
     fault_handler();

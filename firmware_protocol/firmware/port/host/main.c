@@ -1,5 +1,4 @@
 /* The reference board as a Linux program: the same core, behind a pseudo-terminal, with simulated joints. */
-#define _GNU_SOURCE
 #include <errno.h>
 #include <getopt.h>
 #include <math.h>
@@ -73,9 +72,9 @@ uint32_t hal_time_us(void)
 
 uint32_t hal_random(void)
 {
-    uint32_t number = 0u;
-    if (!seeded && (getrandom(&number, sizeof number, 0) == (ssize_t)sizeof number)) {
-        return number;
+    uint32_t drawn = 0u;
+    if (!seeded && (getrandom(&drawn, sizeof drawn, 0) == (ssize_t)sizeof drawn)) {
+        return drawn;
     }
     random_state = random_state * 1664525u + 1013904223u;
     return random_state >> 8;
@@ -158,11 +157,11 @@ void hal_parameters_save(const struct sb_parameters *parameters)
 
 /* -- the program --------------------------------------------------------------------------------------------------- */
 
-static void on_signal(int number)
+static void on_signal(int which)
 {
-    if (number == SIGUSR1) {
+    if (which == SIGUSR1) {
         reset_wanted = 1;
-    } else if (number == SIGUSR2) {
+    } else if (which == SIGUSR2) {
         stop_pressed = 1;
     } else {
         end_wanted = 1;

@@ -19,6 +19,6 @@ void simulated_joints_supply(bool measured, uint16_t voltage_mv, int16_t current
 void simulated_joints_encoder_lost(uint8_t joint, bool lost);
 
 /* A board with that many hobby servos: 1500 us at 0, 2000/pi us a radian, 8192 counts a turn. */
-struct sb_config simulated_board(uint8_t joints, uint64_t serial_number);
+struct sb_config simulated_board(uint8_t joint_count, uint64_t serial_number);
 
 #endif

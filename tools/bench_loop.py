@@ -249,7 +249,7 @@ class Collector:
     def ignore(self, *_: Any) -> None:
         pass
 
-    pose = event = link_statistics = frame = ignore
+    pose = event = link_statistics = telemetry = frame = ignore
 
 
 def snakebot_loop(port: str, rate: float, seconds: float) -> Figures:

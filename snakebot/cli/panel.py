@@ -20,7 +20,11 @@ _CANVAS = (44, 9)  # characters of the drawing
 
 def panel(progress: Progress, title: str, port: str, angle_limit_rad: Sequence[float]) -> Panel:
     """The panel as it stands now."""
-    parts: list[RenderableType] = [_time_line(progress), _joints(progress, angle_limit_rad), _loop_line(progress)]
+    parts: list[RenderableType] = [
+        _time_line(progress),
+        _joints(progress, angle_limit_rad),
+        _loop_line(progress),
+    ]
     if progress.pose is not None and len(progress.measured_rad):
         parts.append(Text(draw_snake(progress.measured_rad, progress.pose.heading_rad), style="green"))
         pose = progress.pose

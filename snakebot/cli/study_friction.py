@@ -78,25 +78,19 @@ Examples:
 """,
 )
 @click.argument("run_path", metavar="RUN", type=click.Path(path_type=Path))
-@common
 @click.option("--speed", type=float, help="Measured forward speed, m/s [the run's own].")
-def dissipation_command(
-    run_path: Path, robot_source: str, out: Path | None, as_json: bool, speed: float | None
-) -> None:
+@click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object.")
+def dissipation_command(run_path: Path, speed: float | None, as_json: bool) -> None:
     """Power that a run loses on the ground, from encoders and a speed alone (Section IX)."""
-    import json
-
     from snakebot.studies.dissipation import dissipation
 
-    result = dissipation(run_path, speed, robot_source)
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        (out / "dissipation.json").write_text(json.dumps(result) + "\n", encoding="utf-8")
+    result = dissipation(run_path, speed)
 
     def show() -> None:
+        model = result["power_in_model_w"]
         click.echo(
-            f"{result['run']}: {result['power_w']:.4f} W lost on the ground at {result['speed_m_s']:.4f} m/s, "
-            f"over {result['cycles']} cycles"
+            f"{result['run']}: {result['power_dissipated_w']:.4f} W lost on the ground at {result['speed_m_s']:.4f} m/s"
+            + ("" if model is None else f"; the model puts {model:.4f} W in for the same joint angles")
         )
 
-    finish(result, as_json, show, [out / "dissipation.json"] if out is not None else [])
+    finish(result, as_json, show, [])

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Protocol
 
-from firmware_protocol.catalogue import Counters, FaultEvent, JointMode, Mode, StopReason, Supply
+from firmware_protocol.catalogue import Counters, FaultEvent, JointMode, JointSupply, Mode, StopReason, Supply
 from firmware_protocol.frame import Frame
 from snakebot.board import Board, Pose, Reading
 from snakebot.board.client import Received
@@ -47,6 +47,7 @@ class Recorder(Protocol):
     def pose(self, pose: records.Pose) -> None: ...
     def event(self, event: records.Event) -> None: ...
     def link_statistics(self, statistics: records.LinkStatistics) -> None: ...
+    def telemetry(self, telemetry: records.Telemetry) -> None: ...
     def frame(self, frame: records.RawFrame) -> None: ...
 
 
@@ -339,7 +340,13 @@ class RunLoop:
                         )
                 case Supply():
                     self.progress.supply = item
-                    self._event("supply", f"{item.voltage_v:.2f} V, {item.current_a:.2f} A", "debug")
+                    self._telemetry({"supply_v": item.voltage_v, "supply_a": item.current_a})
+                case JointSupply():
+                    values = {
+                        f"current_{item.joint}_a": item.current_a,
+                        f"temperature_{item.joint}_c": item.temperature_c,
+                    }
+                    self._telemetry(values)
                 case Counters():
                     self.progress.counters = item
                 case FaultEvent():
@@ -437,11 +444,14 @@ class RunLoop:
     def _event(
         self, kind: str, message: str, level: records.Level = "info", data: dict[str, object] | None = None
     ) -> None:
-        if level != "debug":
-            self.progress.note = message
+        self.progress.note = message
         if self._recorder is not None:
             with contextlib.suppress(SnakebotError) if level == "error" else contextlib.nullcontext():
                 self._recorder.event(records.Event(self._since(), kind, message, level, data or {}))
+
+    def _telemetry(self, values: dict[str, float]) -> None:
+        if self._recorder is not None:
+            self._recorder.telemetry(records.Telemetry(self._since(), values))
 
     def _counters(self) -> dict[str, float]:
         statistics = self.board.link.statistics

@@ -1,4 +1,4 @@
-"""How the robot moves with failed joints: every single, pair and triple of free and of rigid joints (Table IV's layout)."""
+"""How the robot moves with failed joints: every single, pair and triple, free and rigid (Table IV's layout)."""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ def _computed(
     connect: Any = distributed.Client
     done: Any = distributed.as_completed
     try:
-        client = connect(dask, timeout="10s", set_as_default=False)
+        client = connect(dask, timeout="10s")
     except OSError as error:
         raise BadInputError(f"--dask {dask}: no scheduler answers there: {error}") from None
     with client:

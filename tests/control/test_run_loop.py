@@ -45,7 +45,7 @@ class Memory:
     def ignore(self, *_: Any) -> None:
         pass
 
-    pose = link_statistics = frame = ignore
+    pose = link_statistics = telemetry = frame = ignore
 
     @property
     def kinds(self) -> list[str]:

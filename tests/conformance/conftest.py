@@ -11,13 +11,12 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "firmware"))
 
-from building import BUILD, make, need
+from building import BUILD, core_library_path, make, need
 
 
 @pytest.fixture(scope="session")
 def core_library() -> Any:
-    make("bench")
-    return ctypes.CDLL(str(BUILD / "bench.so"))
+    return ctypes.CDLL(str(core_library_path()))
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -32,3 +33,12 @@ def make(target: str) -> str:
         )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
+
+
+def core_library_path() -> Path:
+    """The core as a library; the one that counts coverage where tools/coverage_firmware.py says so."""
+    given = os.environ.get("SNAKEBOT_CORE_LIBRARY")
+    if given:
+        return Path(given)
+    make("bench")
+    return BUILD / "bench.so"

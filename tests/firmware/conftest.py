@@ -8,7 +8,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
-from building import BUILD, ROOT, make
+from building import ROOT, core_library_path
 
 
 def load_tool(name: str) -> ModuleType:
@@ -33,5 +33,4 @@ def make_vectors() -> ModuleType:
 @pytest.fixture(scope="session")
 def bench_library() -> Any:
     """The core behind the HAL of port/bench, as ctypes sees it."""
-    make("bench")
-    return ctypes.CDLL(str(BUILD / "bench.so"))
+    return ctypes.CDLL(str(core_library_path()))

@@ -24,8 +24,12 @@ GAIT = ["--alpha", "66", "--beta", "80", "--omega", "2"]
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "run.mcap"
-        command = [sys.executable, "-m", "snakebot.cli.main", "run", *GAIT, "--cycles", "6", "--fast", "--log", str(log)]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        options = [*GAIT, "--cycles", "6", "--fast", "--log", str(log)]
+        subprocess.run(
+            [sys.executable, "-m", "snakebot.cli.main", "run", *options],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
         run = read_log(log).to_run()
         robot = read_log(log).robot
     assert run.pose is not None
@@ -40,14 +44,25 @@ def main() -> None:
         k = int(np.searchsorted(run.t_s, moment))
         x, y = body(run.measured_rad[k], run.pose[k], length)
         ground.plot(x, y, "-o", color=colours(moment / 24), linewidth=3, markersize=4, solid_capstyle="round")
-        ground.annotate(f"{moment:.0f} s", (x.mean(), y.max()), (0, 6), textcoords="offset points", ha="center")
+        ground.annotate(
+            f"{moment:.0f} s", (x.mean(), y.max()), (0, 6), textcoords="offset points", ha="center"
+        )
     ground.set(aspect="equal", xlabel="x, m", ylabel="y, m", title="the body over the ground")
     window = (run.t_s >= 6) & (run.t_s <= 12.5)
     for joint in range(run.joints):
         colour = f"C{joint}"
-        joints.plot(run.t_s[window], np.degrees(run.command_rad[window, joint]), color=colour, linewidth=0.8, alpha=0.5)
         joints.plot(
-            run.t_s[window], np.degrees(run.measured_rad[window, joint]), color=colour, label=f"joint {joint + 1}"
+            run.t_s[window],
+            np.degrees(run.command_rad[window, joint]),
+            color=colour,
+            linewidth=0.8,
+            alpha=0.5,
+        )
+        joints.plot(
+            run.t_s[window],
+            np.degrees(run.measured_rad[window, joint]),
+            color=colour,
+            label=f"joint {joint + 1}",
         )
     joints.set(xlabel="time, s", ylabel="angle, deg", title="set-points (thin) and encoders")
     joints.legend(ncols=5, loc="upper center", bbox_to_anchor=(0.5, -0.2), frameon=False)
@@ -56,7 +71,9 @@ def main() -> None:
     figure.savefig(ROOT / "docs" / "run.png", dpi=110)
 
 
-def body(joint_angle_rad: np.ndarray, pose: np.ndarray, half_length_m: float) -> tuple[np.ndarray, np.ndarray]:
+def body(
+    joint_angle_rad: np.ndarray, pose: np.ndarray, half_length_m: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Ends of the links over the ground, from joint angles and the pose of the centre of mass."""
     angles = np.concatenate([[0.0], np.cumsum(joint_angle_rad)])
     angles += pose[2] - angles.mean()

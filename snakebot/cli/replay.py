@@ -58,7 +58,7 @@ def command(log: Path, **options: Any) -> None:
 
     import numpy as np
 
-    from snakebot.cli.run import execute
+    from snakebot.cli.execution import execute
     from snakebot.control import parse_fault
     from snakebot.gait import SampledMotion, check_motion
     from snakebot.robot import load_robot

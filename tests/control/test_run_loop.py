@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
+from lag_plant import LagPlant
 
 from firmware_protocol.catalogue import EmergencyStop, JointMode, Latch, Mode, StopReason, decode, encode
 from firmware_protocol.frame import Frame
-from lag_plant import LagPlant
 from snakebot.board import Board
 from snakebot.clock import VirtualClock
 from snakebot.control import JointFault, RunLoop
@@ -100,7 +101,7 @@ def test_a_run_sends_the_motion_and_logs_what_came_back() -> None:
     ticks = bench.memory.ticks
     assert len(ticks) == result.progress.ticks == 801
     sequences = [tick.sequence for tick in ticks]
-    assert all((b - a) & 0xFFFF == 1 for a, b in zip(sequences, sequences[1:], strict=False))
+    assert all((b - a) & 0xFFFF == 1 for a, b in pairwise(sequences))
     motion = GaitMotion(GAIT, ROBOT.joints, 8, 1, bench.start)
     wanted = motion.sampled(np.arange(801) / 100)
     np.testing.assert_allclose(bench.sent, wanted, atol=0.51e-4)  # the wire's resolution

@@ -144,7 +144,7 @@ def test_recorded_motion_is_played_back_and_can_be_ended() -> None:
 def test_a_motion_beyond_a_limit_names_joint_demand_and_allowance(
     robot: Robot, gait: tuple[float, float, float], words: tuple[str, ...]
 ) -> None:
-    with pytest.raises(BadInputError, match="joint [1-5]: ") as caught:
+    with pytest.raises(BadInputError, match=r"joint [1-5]: ") as caught:
         check_motion(GaitMotion(Gait.from_degrees(*gait), JOINTS, 20, 3), robot)
     for word in words:
         assert word in str(caught.value)

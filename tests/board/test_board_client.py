@@ -1,0 +1,193 @@
+"""The client of a board: handshake, requests on a bad line, and what a user is told when something is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import pytest
+
+from firmware_protocol.catalogue import (
+    Acknowledge,
+    BoardHeartbeat,
+    InfoProtocol,
+    JointMode,
+    Message,
+    Mode,
+    ModeRequest,
+    catalogue_hash,
+    decode,
+    encode,
+)
+from firmware_protocol.frame import Frame
+from snakebot.board import Board, Reading
+from snakebot.clock import VirtualClock
+from snakebot.errors import BadInputError, BoardFaultError, LostBoardError, NoBoardError
+from snakebot.links.base import Link
+from snakebot.robot import load_robot, robot_from_mapping
+from snakebot.simboard import InProcessLink, SimBoard
+
+ROBOT = load_robot("penn_state")
+
+
+class Silent(Link):
+    """A wire at whose other end is nobody."""
+
+    def __init__(self, clock: VirtualClock) -> None:
+        super().__init__("serial:/dev/null")
+        self.clock = clock
+
+    def send(self, frames: Sequence[Frame]) -> None:
+        pass
+
+    def receive(self, timeout_s: float) -> list[Frame]:
+        self.clock.sleep_until(self.clock.now_s() + max(timeout_s, 1e-4))
+        return []
+
+    def close(self) -> None:
+        pass
+
+
+class Rig:
+    """A board client on a simulated board whose messages can be changed or lost on the way to the host."""
+
+    def __init__(self) -> None:
+        self.clock = VirtualClock()
+        self.sim = SimBoard(ROBOT)
+        self.link = InProcessLink(self.sim, self.clock)
+        self.board = Board(self.link, self.clock, host=0xC0FFEE)
+        self.change: Callable[[Message], Message | None] = lambda message: message
+        real = self.link.receive
+
+        def receive(timeout_s: float) -> list[Frame]:
+            kept = (self.change(decode(frame)) for frame in real(timeout_s))
+            return [encode(message) for message in kept if message is not None]
+
+        self.link.receive = receive  # type: ignore[method-assign]
+
+
+@pytest.fixture
+def rig() -> Rig:
+    return Rig()
+
+
+def test_the_handshake_tells_what_the_board_is(rig: Rig) -> None:
+    info = rig.board.connect()
+    assert (info.joints, info.counts_per_rev, info.watchdog_ms, info.simulated) == (5, 8192, 100, True)
+    assert info.catalogue_hash == catalogue_hash()
+    assert rig.board.mode is Mode.DISARMED
+    assert isinstance(rig.board.last_reading, Reading)
+
+
+def test_nobody_there_is_said_within_the_time_given() -> None:
+    clock = VirtualClock()
+    with pytest.raises(NoBoardError, match=r"serial:/dev/null: no board answered within 2 s"):
+        Board(Silent(clock), clock).connect()
+    assert clock.now_s() == pytest.approx(2.0, abs=0.2)
+
+
+def other(message: Message, **changes: int) -> Message:
+    from dataclasses import replace
+
+    return replace(message, **changes) if isinstance(message, InfoProtocol) else message  # type: ignore[type-var]
+
+
+@pytest.mark.parametrize("changes", [{"protocol_major": 9}, {"catalogue_hash": 0x12345678}])
+def test_ends_that_do_not_agree_are_both_printed(rig: Rig, changes: dict[str, int]) -> None:
+    rig.change = lambda message: other(message, **changes)
+    with pytest.raises(NoBoardError, match="do not agree") as caught:
+        rig.board.connect()
+    text = str(caught.value)
+    assert f"catalogue {catalogue_hash():08x}" in text
+    assert ("protocol 9." in text) or ("catalogue 12345678" in text)
+
+
+def test_a_request_is_repeated_until_it_is_acknowledged(rig: Rig) -> None:
+    rig.board.connect()
+    lost: list[int] = []
+
+    def lose_two(message: Message) -> Message | None:
+        if isinstance(message, Acknowledge) and len(lost) < 2:
+            lost.append(message.token)
+            return None
+        return message
+
+    rig.change = lose_two
+    rig.board.arm()
+    assert rig.sim.mode is Mode.ARMED
+    assert len(set(lost)) == 1  # the same token each time
+
+
+def test_a_request_that_is_never_acknowledged_is_a_lost_board(rig: Rig) -> None:
+    rig.board.connect()
+    rig.change = lambda message: None if isinstance(message, Acknowledge) else message
+    before = rig.clock.now_s()
+    with pytest.raises(LostBoardError, match="did not acknowledge the request to hold"):
+        rig.board.hold()
+    assert 1.2 <= rig.clock.now_s() - before <= 1.4
+
+
+def test_a_board_that_another_host_holds_says_who(rig: Rig) -> None:
+    rig.board.connect()
+    rig.sim.receive(encode(ModeRequest(1, Mode.ARMED, 0xBEEF)), rig.clock.now_s())
+    with pytest.raises(BoardFaultError, match="host 0000beef holds it"):
+        rig.board.arm()
+
+
+@pytest.mark.parametrize(
+    ("request_", "words"),
+    [
+        (lambda board: board.set_joint_mode(6, JointMode.FREE), "joints 1 to 5"),
+        (lambda board: board.set_joint_mode(1, JointMode.RIGID, 3.0), "outside what this board can do"),
+        (lambda board: board.hold(), "not while it is disarmed"),
+    ],
+)
+def test_a_refusal_says_why(rig: Rig, request_: Callable[[Board], None], words: str) -> None:
+    rig.board.connect()
+    with pytest.raises(BoardFaultError, match=words):
+        request_(rig.board)
+
+
+def test_a_silent_board_is_lost_after_half_a_second(rig: Rig) -> None:
+    rig.board.connect()
+    rig.change = lambda message: None
+    began = rig.clock.now_s()
+    with pytest.raises(LostBoardError, match="silent"):
+        while rig.clock.now_s() < began + 5:
+            rig.board.poll(0.01)
+    assert rig.clock.now_s() - began == pytest.approx(0.5, abs=0.15)
+
+
+def test_a_changed_boot_id_is_a_fault(rig: Rig) -> None:
+    from dataclasses import replace
+
+    rig.board.connect()
+    rig.board.arm()
+    rig.change = lambda message: (
+        replace(message, boot_id=message.boot_id ^ 1) if isinstance(message, BoardHeartbeat) else message
+    )
+    with pytest.raises(BoardFaultError, match="rebooted"):
+        for _ in range(50):
+            rig.board.send_setpoints([0.0] * 5, 0.01)
+            rig.board.poll(0.01)
+
+
+def test_frames_that_are_no_message_are_counted_and_dropped(rig: Rig) -> None:
+    rig.board.connect()
+    real = rig.link.receive
+    rig.link.receive = lambda timeout_s: [Frame(0x7FF, b"?"), Frame(0x20, b"short"), *real(timeout_s)]  # type: ignore[method-assign]
+    rig.board.poll(0.1)
+    assert rig.board.unreadable == 2
+
+
+def test_a_robot_that_is_not_this_boards_is_refused(rig: Rig) -> None:
+    rig.board.connect()
+    rig.board.check_robot(ROBOT)
+    with pytest.raises(BadInputError, match=r"5 joints, robot 'bench' has 1"):
+        rig.board.check_robot(robot_from_mapping({"name": "bench", "joints": 1}, "here"))
+
+
+def test_the_last_traffic_can_be_read(rig: Rig) -> None:
+    rig.board.connect()
+    lines = rig.board.recent_traffic()
+    assert any("tx" in line and "Ping" in line for line in lines)
+    assert any("rx" in line and "State" in line for line in lines)

@@ -80,6 +80,7 @@ def simulate_gaits(
     cycles: int = 8,
     averaged_cycles: int = 4,
     steps_per_cycle: int | None = None,
+    eps_m_s: float | None = None,
     threads: int | None = None,
 ) -> GaitResults:
     """Simulate serpentine gaits (27) from rest and average the last cycles.
@@ -96,6 +97,7 @@ def simulate_gaits(
         pid: drive the joints by torque instead of prescribing their angles.
         cycles, averaged_cycles: length of the simulation, and how many of the last cycles are averaged.
         steps_per_cycle: time steps in one period 2 pi / omega; by default enough for an error of about 0.1 %.
+        eps_m_s: another width of the regularised sign, the same for all gaits.
         threads: how many cores work; by default all that this process may use. The results do not depend on it.
 
     Raises:
@@ -107,6 +109,10 @@ def simulate_gaits(
     )
     if not 1 <= averaged_cycles <= cycles:
         raise BadInputError(f"physics: cannot average the last {averaged_cycles} of {cycles} cycles")
+    if eps_m_s is not None:
+        if not (math.isfinite(eps_m_s) and eps_m_s > 0):
+            raise BadInputError(f"physics: eps must be above zero, it is {eps_m_s}")
+        drives[:, 5] = eps_m_s
     if threads is not None and threads < 1:
         raise BadInputError(f"physics: cannot work on {threads} threads")
     steps = setup[-1]

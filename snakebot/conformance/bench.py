@@ -117,6 +117,7 @@ class Bench:
         self._assembler: SampleAssembler | None = None
         self._token = 0
         self._stalled_s = 0.0
+        self._looked_s = clock.now_s()
         self._traffic: deque[str] = deque(maxlen=_TRAFFIC_KEPT)
         self._built_in: dict[tuple[int, LimitKind], float] = {}
         self._tightened: set[tuple[int, LimitKind]] = set()
@@ -153,7 +154,9 @@ class Bench:
         before_s = self.clock.now_s()
         nap_s = max(min(until_s - before_s, _NAP_S), 0.0)
         frames = self.link.receive(nap_s)
-        self._stalled_s = max(self._stalled_s, self.clock.now_s() - before_s - nap_s)
+        now_s = self.clock.now_s()
+        self._stalled_s = max(self._stalled_s, before_s - self._looked_s, now_s - before_s - nap_s)
+        self._looked_s = now_s
         said = []
         for frame in frames:
             self._note("<", frame)
@@ -294,7 +297,7 @@ class Bench:
         self._hear(self.clock.now_s())
         self.heard.clear()
         self.samples.clear()
-        self._stalled_s = 0.0
+        self._stalled_s, self._looked_s = 0.0, self.clock.now_s()
 
     def make_safe(self) -> None:
         """Disarm, by an emergency stop where another host holds the board."""

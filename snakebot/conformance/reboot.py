@@ -49,7 +49,8 @@ def starts_again_at_a_reset(bench: Bench) -> None:
     for _ in range(4):
         _press(bench)
         seen.append(bench.identify()[1].boot_id)
-    expect(all(a != b for a, b in itertools.pairwise(seen)), f"boot ids after four resets: {seen}")
+    alike = any(a == b for a, b in itertools.pairwise(seen))
+    expect(not alike and len(set(seen)) >= 3, f"boot ids after four resets: {seen}: they must be drawn anew")
     sent = bench.sent
     _press(bench)
     bench.identify()

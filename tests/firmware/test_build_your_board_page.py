@@ -6,6 +6,7 @@ import re
 import select
 import shlex
 import subprocess
+import sys
 
 import pytest
 from building import BUILD, FIRMWARE, ROOT, make, need
@@ -70,6 +71,16 @@ def test_the_cortex_m_build_prints_what_the_page_says() -> None:
         for number in re.search(r"about (\S+) KiB, (\S+) KiB .*?and (\S+) KiB", PAGE, re.DOTALL).groups()
     ]  # type: ignore[union-attr]
     assert [flash / 1024, ram / 1024, stack / 1024] == pytest.approx(kib, rel=0.15)
+
+
+def test_the_tools_are_there_and_the_generated_files_up_to_date() -> None:
+    tools = re.findall(r"python (tools/\S+)", BLOCKS)
+    assert len(tools) == 4
+    for tool in tools:
+        option = "--check" if "make_" in tool else "--help"
+        if "coverage" not in tool:
+            subprocess.run([sys.executable, str(ROOT / tool), option], check=True, capture_output=True)
+        assert (ROOT / tool).exists()
 
 
 def test_the_table_of_the_hal_is_complete() -> None:

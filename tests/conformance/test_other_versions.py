@@ -1,0 +1,43 @@
+"""Boards of another version: the suite says so, and the host's handshake fails with both sides named."""
+
+from __future__ import annotations
+
+import pytest
+from boards import sim_in_process
+
+import snakebot.simboard.board as simulated
+from firmware_protocol.catalogue import catalogue_hash
+from snakebot.board import Board
+from snakebot.clock import VirtualClock
+from snakebot.conformance import Verdict, cases, run_case
+from snakebot.errors import NoBoardError
+from snakebot.robot import load_robot
+from snakebot.simboard import InProcessLink, SimBoard
+
+OTHER_HASH = catalogue_hash() ^ 0xFF
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("catalogue_hash", lambda: OTHER_HASH, (f"{catalogue_hash():08x}", f"{OTHER_HASH:08x}")),
+        ("PROTOCOL_MAJOR", 9, ("protocol 1", "9")),
+    ],
+)
+def test_another_version_is_named(
+    name: str, value: object, words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(simulated, name, value)
+    (case,) = (case for case in cases() if case.name == "identifies_itself")
+    with sim_in_process() as bench:
+        outcome = run_case(case, bench)
+    assert outcome.verdict is Verdict.FAILED
+    clock = VirtualClock()
+    with (
+        InProcessLink(SimBoard(load_robot("penn_state")), clock) as link,
+        pytest.raises(NoBoardError) as refused,
+    ):
+        Board(link, clock).connect()
+    for word in words:
+        assert word in outcome.detail
+        assert word in str(refused.value)

@@ -34,6 +34,13 @@ STUDIES: dict[str, tuple[str, str, str]] = {
         "dissipation_command",
         "Power lost on the ground, from encoders (Section IX).",
     ),
+    "paper": ("study_paper", "paper_command", "Each claim of the paper: its value, ours, agree or not, why."),
+    "infer": (
+        "study_paper",
+        "infer_command",
+        "Length and mass of the paper's links, from what its text gives.",
+    ),
+    "gap": ("study_paper", "gap_command", "Servo effects that explain the paper's robot at omega = 4 and 5."),
 }
 
 EPILOG = """\b
@@ -42,6 +49,7 @@ Examples:
   snakebot study faults --json
   snakebot study speed --effect rate_limit:limit_rad_s=2.6
   snakebot study friction bench.csv
+  snakebot study paper --quick
 """
 
 

@@ -58,9 +58,17 @@ def finish(summary: dict[str, Any], as_json: bool, show: Callable[[], None], fil
         click.echo(str(path))
 
 
-def table_text(title: str, head: Sequence[str], body: Sequence[Sequence[str]]) -> str:
-    """A table as plain text, columns aligned to the right: readable on screen and in a file."""
+def table_text(
+    title: str, head: Sequence[str], body: Sequence[Sequence[str]], left: Sequence[int] = ()
+) -> str:
+    """A table as plain text, columns aligned to the right (``left``: those to the left): readable in a file, too."""
     rows = [head, *body]
     widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
-    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+    lines = [
+        "  ".join(
+            cell.ljust(width) if column in left else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]
     return "\n".join([title, *lines, ""])

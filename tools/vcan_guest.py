@@ -117,17 +117,9 @@ def main() -> None:
         initramfs = make_initramfs(folder, in_order(modules, MODULES), script)
         guest = subprocess.Popen(
             [
-                *(
-                    "qemu-system-x86_64",
-                    "-m",
-                    "1024",
-                    "-display",
-                    "none",
-                    "-monitor",
-                    "none",
-                    "-serial",
-                    "stdio",
-                ),
+                *("qemu-system-x86_64", "-m", "2048", "-smp", "2"),
+                *("-cpu", "max"),  # compiled code in caches was made for this computer's processor
+                *("-display", "none", "-monitor", "none", "-serial", "stdio"),
                 *("-no-reboot", "-kernel", image, "-initrd", initramfs),
                 *("-append", "console=ttyS0 quiet panic=-1"),
                 *("-virtfs", "local,path=/,mount_tag=root,security_model=none,readonly=on,multidevs=remap"),

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import math
+import os
 import threading
 import time
+from collections.abc import Iterator
 from typing import Any, Protocol
 
 _CLOCK_MONOTONIC = 1
 _TIMER_ABSTIME = 1
 _PR_SET_TIMERSLACK = 29
+_PRIORITY = 10  # of 1 to 99: before ordinary work, after the drivers of the wire
 
 
 class Clock(Protocol):
@@ -82,6 +86,26 @@ class MonotonicClock:
         # EINTR brings us back between bytecodes, so that a signal's handler has run (and may have raised).
         while time.monotonic() < t_s:
             self._libc.clock_nanosleep(_CLOCK_MONOTONIC, _TIMER_ABSTIME, ctypes.byref(deadline), None)
+
+
+@contextlib.contextmanager
+def urgent() -> Iterator[None]:
+    """Run this thread before the ordinary work of a busy computer (SCHED_FIFO), where the user may ask for that.
+
+    Threads and processes that it starts are ordinary ones. Without the permission (``ulimit -r``, or root) nothing
+    changes: the loop is then as punctual as the computer is idle.
+    """
+    try:
+        before = os.sched_getscheduler(0), os.sched_getparam(0)
+        os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(_PRIORITY))
+    except (OSError, AttributeError):
+        yield
+        return
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            os.sched_setscheduler(0, *before)
 
 
 class VirtualClock:

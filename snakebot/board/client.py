@@ -126,6 +126,7 @@ class Board:
     def __init__(self, link: Link, clock: Clock, host: int | None = None) -> None:
         self.link = link
         self.clock = clock
+        self.where = link.port.removesuffix(":")  # how messages name this board
         self.host = host if host is not None else secrets.randbelow(0xFFFFFFFF) + 1
         self.info: BoardInfo | None = None
         self.mode: Mode | None = None
@@ -192,7 +193,7 @@ class Board:
             self.ping()
         while self.last_reading is None or self.mode is None:
             if self.clock.now_s() >= deadline:
-                raise NoBoardError(f"{self.link.port}: the board answers, but sends no joint angles")
+                raise NoBoardError(f"{self.where}: the board answers, but sends no joint angles")
             self._read(0.05)
         return self.info
 
@@ -203,7 +204,7 @@ class Board:
             hint = f"{heard.corrupt} corrupt packets came in: is the baud rate right on both ends?"
         elif self.unreadable:
             hint = f"{self.unreadable} frames came in that this catalogue does not know: is this a snakebot board?"
-        return f"{self.link.port}: no board answered within {timeout_s:g} s: {hint}"
+        return f"{self.where}: no board answered within {timeout_s:g} s: {hint}"
 
     def _agree(self, board: InfoProtocol) -> None:
         ours = f"protocol {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}, catalogue {catalogue_hash():08x}"
@@ -212,7 +213,7 @@ class Board:
         )
         if board.protocol_major != PROTOCOL_MAJOR or board.catalogue_hash != catalogue_hash():
             raise NoBoardError(
-                f"{self.link.port}: host and board do not agree: host {ours}; board {theirs}: "
+                f"{self.where}: host and board do not agree: host {ours}; board {theirs}: "
                 "update the one that is older"
             )
 
@@ -301,7 +302,7 @@ class Board:
             if request.tries >= len(RETRY_S):
                 del self._outstanding[token]
                 raise LostBoardError(
-                    f"{self.link.port}: the board did not acknowledge the request {request.what} "
+                    f"{self.where}: the board did not acknowledge the request {request.what} "
                     f"({len(RETRY_S)} tries in {sum(RETRY_S):.1f} s): check the cable and the board's supply"
                 )
             request.repeat_s = now + RETRY_S[request.tries]
@@ -325,7 +326,7 @@ class Board:
             Result.HELD: f"host {answer.detail:08x} holds it; `snakebot stop` stops it from here",
             Result.UNSUPPORTED: "it has no such function",
         }[answer.result]
-        raise BoardFaultError(f"{self.link.port}: the board refused the request {what}: {why}")
+        raise BoardFaultError(f"{self.where}: the board refused the request {what}: {why}")
 
     # -- streaming ---------------------------------------------------------------------------------------------------
 
@@ -367,7 +368,7 @@ class Board:
         received = self._read(timeout_s)
         if self.clock.now_s() - self._heard_s > SILENCE_S:
             raise LostBoardError(
-                f"{self.link.port}: the board has been silent for {SILENCE_S:g} s: "
+                f"{self.where}: the board has been silent for {SILENCE_S:g} s: "
                 "its watchdog has stopped the joints; check cable and supply, then start again"
             )
         return received
@@ -467,7 +468,7 @@ class Board:
             self._armed = False
             self.mode = beat.mode
             raise BoardFaultError(
-                f"{self.link.port}: the board has rebooted (boot {self.boot_id:04x}, now {beat.boot_id:04x}): "
+                f"{self.where}: the board has rebooted (boot {self.boot_id:04x}, now {beat.boot_id:04x}): "
                 "its joints are without power; check its supply, then start again"
             )
         self.mode, self.fault, self.holder = beat.mode, beat.fault, beat.holder
@@ -481,7 +482,7 @@ class Board:
             return
         self._armed = False
         where = f" on joint {joint}" if joint else ""
-        raise BoardFaultError(f"{self.link.port}: {_FAULT_LINES[code]}{where}")
+        raise BoardFaultError(f"{self.where}: {_FAULT_LINES[code]}{where}")
 
     def recent_traffic(self) -> list[str]:
         """The last frames, decoded, oldest first: what to look at after a failure."""
@@ -503,7 +504,7 @@ class Board:
         ):
             if ours != theirs:
                 raise BadInputError(
-                    f"{self.link.port}: the board has {theirs} {what}, robot {robot.name!r} has {ours}: "
+                    f"{self.where}: the board has {theirs} {what}, robot {robot.name!r} has {ours}: "
                     "give the robot's own description with --robot"
                 )
 

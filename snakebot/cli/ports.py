@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+import threading
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
+
+import click
 
 from snakebot.errors import BadInputError
 
@@ -13,6 +17,21 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 SIM = "sim:"
+_PATIENCE_S = 2.0
+
+
+@contextlib.contextmanager
+def _patience() -> Iterator[None]:
+    """Say what is going on when the simulation is compiled: that happens once, and takes some seconds."""
+    note = threading.Timer(
+        _PATIENCE_S,
+        lambda: click.echo("compiling the simulation (only the first start takes this long) ...", err=True),
+    )
+    note.start()
+    try:
+        yield
+    finally:
+        note.cancel()
 
 
 def open_port(
@@ -35,7 +54,10 @@ def open_port(
         from snakebot.effects import parse_effects
         from snakebot.simboard import InProcessLink, SimBoard
 
-        return InProcessLink(SimBoard(robot, parse_effects(effects), seed), clock)
+        specs = parse_effects(effects)
+        with _patience():
+            board = SimBoard(robot, specs, seed)
+        return InProcessLink(board, clock)
     if effects:
         raise BadInputError(
             f"--effect changes the simulated board, not the one on {port}: "

@@ -17,7 +17,7 @@ from firmware_protocol.catalogue import Counters, FaultEvent, JointMode, JointSu
 from firmware_protocol.frame import Frame
 from snakebot.board import Board, Pose, Reading
 from snakebot.board.client import Received
-from snakebot.clock import Clock
+from snakebot.clock import Clock, MonotonicClock, urgent
 from snakebot.control.faults import JointFault
 from snakebot.control.progress import Progress, TrackingSoFar
 from snakebot.errors import BadInputError, BoardFaultError, HostLateError, LostBoardError, SnakebotError
@@ -176,8 +176,9 @@ class RunLoop:
             self.board.on_frame = self._on_frame
         self._origin_s = self.clock.now_s()
         try:
-            motion = self._prepare()
-            ended = self._stream(motion)
+            with urgent() if isinstance(self.clock, MonotonicClock) else contextlib.nullcontext():
+                motion = self._prepare()
+                ended = self._stream(motion)
             self._event("finished" if ended == "finished" else "interrupted", f"run {ended}")
         except (LostBoardError, BoardFaultError, HostLateError) as error:
             self._event("error", str(error), "error")
@@ -221,7 +222,7 @@ class RunLoop:
             self._take(self.board.poll(0.05))
             if self.clock.now_s() - asked_s > FRESH_READING_S:
                 raise LostBoardError(
-                    f"{self.board.link.port}: the board has sent no joint angles for {FRESH_READING_S:g} s"
+                    f"{self.board.where}: the board has sent no joint angles for {FRESH_READING_S:g} s"
                 )
         return reading
 
@@ -279,7 +280,7 @@ class RunLoop:
         self._late_row = self._late_row + 1 if self._late else 0
         if self._emergency:
             self.board.emergency_stop(StopReason.EXTERNAL)
-            raise BoardFaultError(f"{self.board.link.port}: emergency stop: the joints are without power")
+            raise BoardFaultError(f"{self.board.where}: emergency stop: the joints are without power")
         if self._late_row >= LATE_ROW_HOLD:
             self._too_late(lateness)
         behind = max(int(lateness / self.interval_s), 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import threading
 
-from snakebot.clock import Clock, sharpen_thread
+from snakebot.clock import Clock, sharpen_thread, urgent
 from snakebot.errors import LostBoardError
 from snakebot.links.base import Link
 from snakebot.simboard.board import SimBoard
@@ -20,6 +20,11 @@ def serve(board: SimBoard, link: Link, clock: Clock, stop: threading.Event) -> N
     What a host waits for is sent before the world is integrated further. Hosts may come and go; a wire that fails
     (a bus that is down) is tried again, and meanwhile the board lives on: its watchdog too.
     """
+    with urgent():
+        _serve(board, link, clock, stop)
+
+
+def _serve(board: SimBoard, link: Link, clock: Clock, stop: threading.Event) -> None:
     sharpen_thread()
     gc.collect()
     gc.freeze()  # what start-up has made is not looked through again while a host waits

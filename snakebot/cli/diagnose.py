@@ -26,6 +26,8 @@ Examples:
   snakebot diagnose my_session --apply calibrated.yaml
   snakebot diagnose my_session --exclude backlash --known rate_limit.limit_rad_s=1.6
   snakebot diagnose my_session --json - | jq .verdict
+  snakebot diagnose --live new_logs --port serial:/dev/ttyUSB0
+  snakebot diagnose --live new_logs --fast --yes --effect rate_limit:limit_rad_s=1.5
 
 \b
 Exit status: 0 a verdict was reached, whatever it is; 2 bad input (nothing written); 1 internal error.
@@ -33,7 +35,7 @@ Exit status: 0 a verdict was reached, whatever it is; 2 bad input (nothing writt
 
 
 @click.command(name="diagnose", epilog=EPILOG)
-@click.argument("sources", metavar="SESSION|LOG...", type=click.Path(path_type=Path), nargs=-1, required=True)
+@click.argument("sources", metavar="SESSION|LOG...", type=click.Path(path_type=Path), nargs=-1)
 @click.option(
     "--json", "json_path", metavar="OUT.json", help="Write the verdict as JSON; - for standard output."
 )
@@ -50,6 +52,16 @@ Exit status: 0 a verdict was reached, whatever it is; 2 bad input (nothing writt
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the bootstrap.")
 @click.option("--quick", is_flag=True, help="At most two effects, no proposal, rougher intervals.")
 @click.option("--quiet", is_flag=True, help="No progress bar.")
+@click.option(
+    "--live", is_flag=True, help="Run gaits on the robot, diagnose, run what is proposed, and so on."
+)
+@click.option("--port", default="sim:", show_default=True, help="With --live: where the board is.")
+@click.option(
+    "--budget", type=click.IntRange(2, 100), default=9, show_default=True, help="With --live: most runs."
+)
+@click.option("--yes", is_flag=True, help="With --live: do not ask before each motion.")
+@click.option("--effect", "effects", multiple=True, help="With --live: effect on the simulated board.")
+@click.option("--fast", is_flag=True, help="With --live, simulated board: virtual time.")
 def command(
     sources: tuple[Path, ...],
     json_path: str | None,
@@ -62,22 +74,34 @@ def command(
     seed: int,
     quick: bool,
     quiet: bool,
+    live: bool,
+    **live_options: Any,
 ) -> None:
     """Find where the robot parts from its simulation, which effect causes it, and what closes the gap.
 
-    SESSION is a session folder or a folder of logs; or give run logs one by one.
+    SESSION is a session folder or a folder of logs; or give run logs one by one. With --live it is a new folder for
+    the logs of the runs that are then made.
     """
+    if not sources:
+        raise click.UsageError("Missing argument 'SESSION|LOG...'.")
     measured = _known(known)
     for path in (json_path if json_path != "-" else None, report_path, apply_path):
         _check_writable(path)
-    session = _session(sources, robot_source)
     from snakebot.diagnosis import diagnose
     from snakebot.diagnosis.words import summary
 
-    with _progress(quiet) as progress:
-        found = diagnose(
-            session, exclude=exclude, only=only, known=measured, seed=seed, quick=quick, progress=progress
-        )
+    def of(session: Session) -> Diagnosis:
+        with _progress(quiet) as progress:
+            return diagnose(
+                session, exclude=exclude, only=only, known=measured, seed=seed, quick=quick, progress=progress
+            )
+
+    if live:
+        found = _live(sources, robot_source, of, live_options)
+        session = _session(sources, robot_source)
+    else:
+        session = _session(sources, robot_source)
+        found = of(session)
     outputs: list[tuple[Path, str]] = []
     text = json.dumps(found.to_mapping(), indent=2, allow_nan=False) + "\n"
     if json_path is not None and json_path != "-":
@@ -118,6 +142,32 @@ def _session(sources: tuple[Path, ...], robot_source: str | None) -> Session:
 
         session = replace(session, robot=load_robot(robot_source))
     return session
+
+
+def _live(
+    sources: tuple[Path, ...],
+    robot_source: str | None,
+    of: Callable[[Session], Diagnosis],
+    options: dict[str, Any],
+) -> Diagnosis:
+    from snakebot.cli.diagnose_live import Live, live
+    from snakebot.robot import load_robot
+
+    if len(sources) != 1:
+        raise BadInputError("--live: give one new folder for the logs")
+    name = robot_source or "penn_state"
+    passed = ["--robot", name]
+    for effect in options["effects"]:
+        passed += ["--effect", effect]
+    if options["fast"]:
+        passed.append("--fast")
+    plan = Live(options["port"], sources[0], options["budget"], options["yes"], tuple(passed))
+    return live(
+        plan,
+        load_robot(name),
+        lambda folder: of(_session((folder,), robot_source)),
+        lambda t: click.echo(t, err=True),
+    )
 
 
 def _known(entries: tuple[str, ...]) -> dict[str, float]:

@@ -50,7 +50,7 @@ def angle_closure(context: Context, nominal: Trial, best: Trial) -> AngleClosure
         weight = size[draw].sum(axis=1)
         eb = (before * size)[draw].sum(axis=1) / weight
         ab = (after * size)[draw].sum(axis=1) / weight
-        interval = _interval((eb - ab) / np.maximum(eb - f2, 1e-12))
+        interval = _interval((eb - ab) / np.maximum(eb - f2, 0.1 * (e2 - f2)))
         if not floor.known:
             reason = "no repeated runs: the floor is taken as zero"
     return AngleClosure(
@@ -141,7 +141,7 @@ def speed_closure(context: Context, speeds: Speeds | None) -> SpeedClosure | Non
         if before.size >= 3:
             draw = np.random.default_rng(context.seed).integers(0, before.size, size=(DRAWS, before.size))
             eb, ab = before[draw].mean(axis=1), after[draw].mean(axis=1)
-            interval = _interval((eb - ab) / np.maximum(eb - f2, 1e-12))
+            interval = _interval((eb - ab) / np.maximum(eb - f2, 0.1 * (e2 - f2)))
         if floor is None:
             reason = "no repeated runs: the floor is taken as zero"
     return SpeedClosure(

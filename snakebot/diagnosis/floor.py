@@ -30,11 +30,16 @@ class Floor:
     white_rad: Floats
     pairs: int
     speed_m_s: float | None
+    quantiser_rad: float
 
     @property
     def rad(self) -> Floats:
-        """(k,) the floor used everywhere: repeats where there are any, else the white part."""
-        return np.where(np.isfinite(self.repeat_rad), np.maximum(self.repeat_rad, 1e-6), self.white_rad)
+        """(k,) the floor used everywhere: repeats where there are any, else the white part; not under the quantiser's.
+
+        A robot that repeats itself to the count is still only read to the count.
+        """
+        known = np.where(np.isfinite(self.repeat_rad), self.repeat_rad, self.white_rad)
+        return np.asarray(np.maximum(known, self.quantiser_rad))
 
     @property
     def known(self) -> bool:
@@ -62,7 +67,9 @@ def noise_floor(data: Data) -> Floor:
                 speeds.append((a.forward_speed_m_s - b.forward_speed_m_s) ** 2 / 2)
     repeat = np.array([_trimmed_root(np.concatenate(s)) if s else np.nan for s in squares])
     white = np.array([white_noise(data, joint) for joint in range(k)])
-    return Floor(repeat, white, pairs, float(np.sqrt(np.mean(speeds))) if speeds else None)
+    return Floor(
+        repeat, white, pairs, float(np.sqrt(np.mean(speeds))) if speeds else None, data.quantiser_rad
+    )
 
 
 def _difference(a: PreparedRun, b: PreparedRun, joint: int) -> Floats | None:

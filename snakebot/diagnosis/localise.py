@@ -26,8 +26,8 @@ def shares(context: Context, nominal: Trial, steps: Sequence[tuple[Trial, Trial]
     gap = gap_of(context, nominal)
     if not gap.any:
         return StageShares()
-    angle = _relative_angle(context, gap)
-    body = _relative_ground(context, nominal)
+    angle = relative_angle(context, gap)
+    body = relative_ground(context, nominal)
     link = _link_share(context, nominal)
     parts = {"link": 0.0, "servo": 0.0, "sensor": 0.0}
     closed_by: dict[str, float] = dict.fromkeys(parts, 0.0)
@@ -67,7 +67,7 @@ def _clean(share: float) -> float:
     return round(min(max(share, 0.0), 1.0), 4)
 
 
-def _relative_angle(context: Context, gap: Gap) -> float:
+def relative_angle(context: Context, gap: Gap) -> float:
     """Gap of the angles, mean square over that of the motion. Nothing where it is not significant."""
     if not gap.significant.any():
         return 0.0
@@ -77,7 +77,7 @@ def _relative_angle(context: Context, gap: Gap) -> float:
     return float(gap.joint_square[gap.significant].sum()) / context.data.joints / size
 
 
-def _relative_ground(context: Context, nominal: Trial) -> float:
+def relative_ground(context: Context, nominal: Trial) -> float:
     """Gap of the ground under *measured* joint angles, mean square over that of the speed."""
     ground = context.ground
     if ground is None or not ground_beyond(context, nominal):

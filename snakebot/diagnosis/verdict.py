@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.gap import Gap, gap_of
+from snakebot.diagnosis.localise import relative_angle, relative_ground
 from snakebot.diagnosis.reference import residual_prediction
 from snakebot.diagnosis.trial import Trial
 
@@ -81,25 +82,23 @@ def _ratio(context: Context, best: Trial, gap: Gap) -> float:
 
 
 def _share(context: Context, nominal: Trial, best: Trial) -> float:
-    """Share of the gap left over, the worse of angles and ground where either has a gap."""
-    before, after = gap_of(context, nominal), None
+    """Share of the gap left over: of the angles and of the ground, by how large each was against the motion."""
+    before = gap_of(context, nominal)
+    weights = (relative_angle(context, before), relative_ground(context, nominal))
     count = context.angle_blocks.count
     allowed = context.allowed_square
-    shares = []
-    for part, there in (
-        (slice(0, count), before.significant.any()),
-        (slice(count, None), before.ground_significant),
-    ):
+    total = 0.0
+    for part, weight in zip((slice(0, count), slice(count, None)), weights, strict=True):
         use = context.selects[part]
-        if not there or not use.any():
+        if weight <= 0 or not use.any():
             continue
         # the ground's features have units of their own: count them by what each is allowed
         unit = allowed[part][use] if part.start else np.ones(int(use.sum()))
         over = np.maximum(nominal.held_square[part][use] - allowed[part][use], 0.0) / unit
         after = np.maximum(best.held_square[part][use] - allowed[part][use], 0.0) / unit
         if over.sum() > 0:
-            shares.append(float(after.sum() / over.sum()))
-    return max(shares) if shares else 0.0
+            total += weight * float(after.sum() / over.sum())
+    return total / sum(weights) if sum(weights) > 0 else 0.0
 
 
 def decide(

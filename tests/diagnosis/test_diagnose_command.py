@@ -1,0 +1,108 @@
+"""``snakebot diagnose`` as a user calls it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import yaml
+from click.testing import CliRunner, Result
+from sessions import bench, make_session
+
+from snakebot.cli.diagnose import command
+from snakebot.effects import robot_effects
+from snakebot.errors import BadInputError
+from snakebot.robot import load_robot
+from snakebot.runlog import write_session
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("diagnose") / "my_session"
+    session = make_session(bench(1), ["rate_limit:limit_rad_s=1.3"])
+    write_session(path, session.robot, session.runs, "csv")
+    return path
+
+
+def call(*arguments: object) -> Result:
+    return CliRunner().invoke(command, [str(a) for a in arguments], catch_exceptions=True)
+
+
+def test_verdict_report_and_calibrated_robot(folder: Path, tmp_path: Path) -> None:
+    verdict, page, robot = tmp_path / "verdict.json", tmp_path / "verdict.html", tmp_path / "calibrated.yaml"
+    result = call(folder, "--json", verdict, "--report", page, "--apply", robot, "--quick")
+    assert result.exit_code == 0, result.output
+    assert "rate_limit on joint 1" in result.output
+    assert (
+        "--effect rate_limit:limit_rad_s=1.3" in result.output
+        or "--effect rate_limit:limit_rad_s=1.29" in result.output
+    )
+    data = json.loads(verdict.read_text())
+    assert data["verdict"] == "explained"
+    text = page.read_text()
+    assert "rate_limit" in text
+    assert "Before and after" in text
+    (spec,) = robot_effects(load_robot(robot))
+    assert spec.name == "rate_limit"
+    assert spec.value("limit_rad_s") == pytest.approx(1.3, rel=0.01)
+    assert yaml.safe_load(robot.read_text())["provenance"]["effects.rate_limit"]["status"] == "fitted"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["calibrated.yaml", "verdict.html", "verdict.json"]
+
+
+def test_json_to_standard_output_is_json_alone(folder: Path) -> None:
+    result = call(folder, "--json", "-", "--only", "rate_limit", "--quick")
+    assert json.loads(result.output)["schema"] == "snakebot.diagnosis/1"
+
+
+def test_bad_input_is_one_line_and_writes_nothing(folder: Path, tmp_path: Path) -> None:
+    out = tmp_path / "x.json"
+    for arguments, words in (
+        ((tmp_path / "nothing", "--json", out), "nothing"),
+        ((folder, "--only", "rate_limt", "--json", out), "rate_limt"),
+        ((folder, "--known", "limit_rad_s", "--json", out), "PARAM=VALUE"),
+        ((folder, "--json", tmp_path / "no" / "x.json"), "does not exist"),
+        ((folder, "--report", tmp_path), "is a folder"),
+    ):
+        result = call(*arguments)
+        assert isinstance(result.exception, BadInputError), result.output
+        assert result.exception.exit_status == 2
+        assert words in str(result.exception)
+        assert "\n" not in str(result.exception)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_apply_without_a_cause_is_refused_but_the_verdict_stands(tmp_path: Path) -> None:
+    session = make_session(bench(1))
+    write_session(tmp_path / "s", session.robot, session.runs, "csv")
+    result = call(tmp_path / "s", "--apply", tmp_path / "robot.yaml", "--quick")
+    assert result.exit_code == 0
+    assert "No gap" in result.output
+    assert not (tmp_path / "robot.yaml").exists()
+
+
+def test_a_cancelled_diagnosis_leaves_nothing(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import snakebot.diagnosis.engine as engine
+
+    def stop(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(engine, "search", stop)
+    result = call(folder, "--json", tmp_path / "x.json", "--report", tmp_path / "x.html")
+    assert result.exit_code != 0
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_commands_in_the_documentation_are_understood(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "diagnosis.md").read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if line.startswith("snakebot diagnose my_session")]
+    assert len(lines) == 3
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my_session").symlink_to(folder)
+    for line in lines:
+        result = call(*line.split()[2:], "--quick", "--quiet")
+        assert result.exit_code == 0, (line, result.output, result.exception)

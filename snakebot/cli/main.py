@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     warnings.showwarning = _show_warning
     try:
         status = cli.main(args=arguments, prog_name="snakebot", standalone_mode=False)
-    except click.exceptions.Abort:
+    except (click.exceptions.Abort, KeyboardInterrupt):
         click.echo("snakebot: aborted", err=True)
         sys.exit(130)
     except click.ClickException as error:

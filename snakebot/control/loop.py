@@ -137,8 +137,15 @@ class RunLoop:
     # -- asked for from outside (signal handlers, other threads) -----------------------------------------------------
 
     def request_stop(self) -> None:
-        """Ramp down and end. Asked for a second time: hold and relax at once."""
+        """Ramp down and end. Asked for a second time: hold and relax at once.
+
+        Raises:
+            KeyboardInterrupt: asked for a third time. Raised in the loop's thread (from a signal handler), it ends
+                even a loop that hangs.
+        """
         self._stop_requests += 1
+        if self._stop_requests > 2:
+            raise KeyboardInterrupt
 
     def request_emergency_stop(self) -> None:
         """Cut the power of all joints at the next opportunity, without a ramp."""

@@ -343,3 +343,17 @@ def test_a_change_beyond_a_limit_is_refused_and_the_run_goes_on() -> None:
 def test_rates_that_cannot_be_kept_are_refused(rate: float) -> None:
     with pytest.raises(BadInputError, match="--rate"):
         Bench(rate_hz=rate)
+
+
+def test_a_third_request_ends_the_run_wherever_it_is() -> None:
+    bench = Bench(duration_s=60)
+
+    def ask_three_times() -> None:
+        for _ in range(3):
+            bench.loop.request_stop()
+
+    bench.memory.at[300] = ask_three_times
+    with pytest.raises(KeyboardInterrupt):
+        bench.loop.run()
+    assert len(bench.memory.ticks) <= 305
+    assert bench.board.mode is Mode.DISARMED

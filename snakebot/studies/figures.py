@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from snakebot.studies.speed import SpeedRow
 
 
-def new_figure(columns: int = 1, width: float = 6.0, height: float = 4.0) -> Figure:
-    """A figure without a window, with that many plots side by side."""
+def new_figure(columns: int = 1, width: float = 6.0, height: float = 4.0, rows: int = 1) -> Figure:
+    """A figure without a window, with that many plots side by side, in that many rows."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width * columns, height), layout="constrained")
-    for axes in figure.subplots(1, columns, squeeze=False)[0]:
+    figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
+    for axes in figure.subplots(rows, columns, squeeze=False).flat:
         axes.spines[["top", "right"]].set_visible(False)
         axes.grid(alpha=0.25)
     return figure

@@ -27,11 +27,11 @@ PRINTED = {
 
 def optima_figure(evidence: Evidence) -> Figure:
     """Optimal alpha, beta and speed over omega, ours beside the paper's text (Figs. 6, 7, 9, 10, 16, 17, 19, 20)."""
-    figure = new_figure(columns=2 * len(PRINTED), width=3.6)
+    figure = new_figure(columns=len(PRINTED), width=3.6, height=3.2, rows=2)
     for column, (name, (slope, intercept, alpha, beta)) in enumerate(PRINTED.items()):
         optima = sorted(evidence.fronts[name].swept, key=lambda o: o.omega_rad_s)
         omega = [o.omega_rad_s for o in optima]
-        angles, speed = figure.axes[2 * column : 2 * column + 2]
+        angles, speed = figure.axes[column], figure.axes[len(PRINTED) + column]
         ends = (("alpha", alpha, "C0"), ("beta", (beta, beta), "C1"))
         for which, printed, colour in ends:
             middle = np.array([getattr(o, f"{which}_deg") for o in optima])

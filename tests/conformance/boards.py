@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 import select
 import signal
 import socket
@@ -32,6 +34,19 @@ def bytes_of(link: Link) -> Callable[[bytes], None]:
     stream: Any = link._stream  # type: ignore[attr-defined]
     write: Callable[[bytes], None] = stream.write
     return write
+
+
+@contextmanager
+def ahead_of_others() -> Iterator[None]:
+    """Board and bench before whatever else the machine does, where it lets us: a board has its processor to itself."""
+    before = os.getpriority(os.PRIO_PROCESS, 0)
+    with contextlib.suppress(PermissionError):
+        os.setpriority(os.PRIO_PROCESS, 0, -15)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(PermissionError):
+            os.setpriority(os.PRIO_PROCESS, 0, before)
 
 
 @contextmanager

@@ -89,11 +89,15 @@ def test_core_across_the_wrap_of_its_clock(case: Case, joints: int, core_library
 def real_board(request: pytest.FixtureRequest) -> Iterator[Bench]:
     name: str = request.param
 
+    program: Path | None = request.getfixturevalue("host_program") if name.startswith("host") else None
+    image: Path | None = request.getfixturevalue("cortex_m_image") if name.startswith("cortex") else None
+
     def host(*options: str) -> Any:
-        program: Path = request.getfixturevalue("host_program")
+        assert program is not None
         return boards.host_firmware(program, *options)
 
     with ExitStack() as stack:
+        stack.enter_context(boards.ahead_of_others())
         if name == "simulated-pty":
             made = boards.sim_over_pty()
         elif name == "simulated-slcan":
@@ -107,7 +111,8 @@ def real_board(request: pytest.FixtureRequest) -> Iterator[Bench]:
         elif name == "host-1-joint-across-the-wrap-of-its-clock":
             made = host("--joints", "1", "--clock-offset", str((1 << 32) - 15_000_000), "--start", "25")
         else:
-            made = boards.cortex_m(request.getfixturevalue("cortex_m_image"))
+            assert image is not None
+            made = boards.cortex_m(image)
         yield stack.enter_context(made)
 
 

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from boards import qemu
+from boards import ahead_of_others, qemu
 
 from snakebot.errors import EXIT_HOST_LATE
 
@@ -19,7 +19,7 @@ PROGRAM = "from snakebot.cli.main import main; main()"
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_a_minute_at_100_hz(cortex_m_image: Path, tmp_path: Path) -> None:
-    with qemu(cortex_m_image) as (port, _):
+    with ahead_of_others(), qemu(cortex_m_image) as (port, _):
         for attempt in range(4):
             command = [sys.executable, "-c", PROGRAM, "run", "--alpha", "66", "--beta", "80", "--omega", "2"]
             command += [

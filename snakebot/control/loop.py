@@ -11,14 +11,13 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from typing import Protocol
 
 from firmware_protocol.catalogue import Counters, FaultEvent, JointMode, JointSupply, Mode, StopReason, Supply
-from firmware_protocol.frame import Frame
 from snakebot.board import Board, Pose, Reading
 from snakebot.board.client import Received
 from snakebot.clock import Clock, MonotonicClock, urgent
 from snakebot.control.faults import JointFault
+from snakebot.control.journal import Journal, Recorder
 from snakebot.control.progress import Progress, TrackingSoFar
 from snakebot.errors import BadInputError, BoardFaultError, HostLateError, LostBoardError, SnakebotError
 from snakebot.gait import Gait, GaitMotion, Motion, SlewLimiter, check_motion
@@ -28,27 +27,17 @@ from snakebot.runlog import records
 LATE_SHARE = 0.5  # a tick that starts later than this share of the interval is late
 LATE_ROW_HOLD = 5  # late ticks in a row that bring the robot to hold
 HOLD_BEFORE_RELAX_S = 0.2
-FRESH_READING_S = 1.0  # longest wait for the joint angles that the motion starts from
+FRESH_READING_S = 2.0  # longest wait for the joint angles that the motion starts from
 _ANSWER_TICKS = 4  # a set-point that has no answer after this many further ticks is lost
 _WAKE_EARLY_S = 0.0003  # leave the wait for frames this much before a deadline, and sleep the rest exactly
+_DOUBLE_S = 2.0  # after a loss every set-point is sent twice over for this long
+_DOUBLE_BELOW_HZ = 150.0  # from here on enough ticks fit into the board's watchdog, and doubling might fill the line
 _SHORTEST_WAIT_S = 1e-6  # a wait that rounding may swallow would never end in virtual time
-_STATISTICS_S = 1.0
 _CHANGE_AHEAD_S = 0.25  # time to check a new gait before it begins
 MIN_RATE_HZ, MAX_RATE_HZ = (
     20.0,
     1000.0,
 )  # 20 Hz keeps the board's watchdog (100 ms) fed with a lost tick in between
-
-
-class Recorder(Protocol):
-    """What a run is recorded with; ``snakebot.runlog.RunWriter`` is one."""
-
-    def tick(self, tick: records.Tick) -> None: ...
-    def pose(self, pose: records.Pose) -> None: ...
-    def event(self, event: records.Event) -> None: ...
-    def link_statistics(self, statistics: records.LinkStatistics) -> None: ...
-    def telemetry(self, telemetry: records.Telemetry) -> None: ...
-    def frame(self, frame: records.RawFrame) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,10 +103,10 @@ class RunLoop:
         self.clock = clock
         self.interval_s = 1.0 / rate_hz
         self.progress = Progress(0.0, TrackingSoFar(robot.joints, amplitude_rad))
+        self._journal = Journal(recorder, board, clock, self.progress)
         self._make_motion = make_motion
         self._settle_s = settle_s
         self._faults = sorted(faults, key=lambda fault: fault.at_s)
-        self._recorder = recorder
         self._log_frames = log_frames
         self._wall_start_ns = start_time_ns
         self._limiter = SlewLimiter(
@@ -127,12 +116,11 @@ class RunLoop:
             Gait(0, 0, 0), robot.joints, 0, 0
         )  # the real one is made when armed
         self._waiting: dict[int, _Waiting] = {}
-        self._origin_s = 0.0  # host clock at the first tick
+        self._double_until_s = -math.inf
         self._stop_requests = 0
         self._emergency = False
         self._late = False
         self._late_row = 0
-        self._statistics_due_s = 0.0
 
     # -- asked for from outside (signal handlers, other threads) -----------------------------------------------------
 
@@ -166,7 +154,7 @@ class RunLoop:
         check_motion(changed, self.robot, start_s)
         if self._motion is motion:  # not while a stop came in between
             self._motion = changed
-            self._event("gait", f"changed to {gait}", data=asdict(gait))
+            self._journal.event("gait", f"changed to {gait}", data=asdict(gait))
 
     # -- the run -----------------------------------------------------------------------------------------------------
 
@@ -179,16 +167,16 @@ class RunLoop:
             LostBoardError: the link or the board went away.
             HostLateError: this computer could not keep the tick.
         """
-        if self._recorder is not None and self._log_frames:
-            self.board.on_frame = self._on_frame
-        self._origin_s = self.clock.now_s()
+        if self._log_frames:
+            self.board.on_frame = self._journal.frame
+        self._journal.origin_s = self.clock.now_s()
         try:
             with urgent() if isinstance(self.clock, MonotonicClock) else contextlib.nullcontext():
                 motion = self._prepare()
                 ended = self._stream(motion)
-            self._event("finished" if ended == "finished" else "interrupted", f"run {ended}")
+            self._journal.event("finished" if ended == "finished" else "interrupted", f"run {ended}")
         except (LostBoardError, BoardFaultError, HostLateError) as error:
-            self._event("error", str(error), "error")
+            self._journal.event("error", str(error), "error")
             self._abandon()
             raise
         except BaseException:
@@ -203,7 +191,7 @@ class RunLoop:
         board = self.board
         if board.mode is not Mode.DISARMED:
             found = board.mode.name.lower() if board.mode is not None else "unknown"
-            self._event("cleared", f"the board was {found}; disarmed it first", "warning")
+            self._journal.event("cleared", f"the board was {found}; disarmed it first", "warning")
             board.disarm()
         for joint in range(1, self.robot.joints + 1):
             board.set_joint_mode(joint, JointMode.ACTIVE)
@@ -219,7 +207,7 @@ class RunLoop:
         self._limiter.reset(start)
         self.progress.duration_s = motion.duration_s
         board.arm()
-        self._event("armed", "joints powered where they are", data={"start_rad": start})
+        self._journal.event("armed", "joints powered where they are", data={"start_rad": start})
         return motion
 
     def _fresh_reading(self) -> Reading:
@@ -237,7 +225,7 @@ class RunLoop:
         """Send the motion tick by tick. Returns how it ended, with the joints at rest and relaxed."""
         self._motion = motion
         self._late_row = 0
-        self._origin_s = self.clock.now_s()
+        self._journal.origin_s = self.clock.now_s()
         if self._wall_start_ns is None:
             self._wall_start_ns = time.time_ns()
         ended = "finished"
@@ -251,7 +239,7 @@ class RunLoop:
                 if self._stop_requests and ended == "finished":
                     ended = "interrupted"
                     self._motion = self._motion.ended(t_s)
-                    self._event("stopping", "asked to stop: ramping down", "warning")
+                    self._journal.event("stopping", "asked to stop: ramping down", "warning")
                 if self._stop_requests > 1 or t_s > self._motion.duration_s + self.interval_s / 2:
                     break
                 while self._faults and self._faults[0].at_s <= t_s:
@@ -265,7 +253,7 @@ class RunLoop:
                 if failure is not None:
                     raise
                 failure = error
-                self._recorder = None
+                self._journal.stop()
                 self._motion = self._motion.ended(t_s)
             previous = tick
             tick += 1
@@ -278,7 +266,7 @@ class RunLoop:
 
     def _wait_for(self, tick: int) -> int:
         """Wait for a tick's deadline. Returns the tick that is due then: a later one if this one was slept through."""
-        deadline = self._origin_s + tick * self.interval_s
+        deadline = self._journal.origin_s + tick * self.interval_s
         self._listen_until(deadline)
         lateness = self.clock.now_s() - deadline
         progress = self.progress
@@ -301,7 +289,8 @@ class RunLoop:
         assert executed is not None  # the loop's own interval is never too short
         limited, clamped = executed
         now = self.clock.now_s()
-        sequence, sent = self.board.send_setpoints(limited, interval_s)
+        copies = 2 if now < self._double_until_s else 1
+        sequence, sent = self.board.send_setpoints(limited, interval_s, copies)
         progress = self.progress
         progress.ticks += 1
         progress.late += self._late
@@ -312,8 +301,8 @@ class RunLoop:
         assert self._wall_start_ns is not None
         record = records.Tick(
             sequence=sequence,
-            t_s=now - self._origin_s,
-            host_time_ns=self._wall_start_ns + round((now - self._origin_s) * 1e9),
+            t_s=now - self._journal.origin_s,
+            host_time_ns=self._wall_start_ns + round((now - self._journal.origin_s) * 1e9),
             setpoint_rad=wanted,
             sent_rad=sent,
             late=self._late,
@@ -342,29 +331,23 @@ class RunLoop:
                     self._answered(item)
                 case Pose():
                     self.progress.pose = item
-                    if self._recorder is not None:
-                        self._recorder.pose(
-                            records.Pose(self._since(), item.x_m, item.y_m, item.heading_rad, item.speed_m_s)
-                        )
+                    self._journal.pose(item)
                 case Supply():
                     self.progress.supply = item
-                    self._telemetry({"supply_v": item.voltage_v, "supply_a": item.current_a})
+                    self._journal.telemetry({"supply_v": item.voltage_v, "supply_a": item.current_a})
                 case JointSupply():
                     values = {
                         f"current_{item.joint}_a": item.current_a,
                         f"temperature_{item.joint}_c": item.temperature_c,
                     }
-                    self._telemetry(values)
+                    self._journal.telemetry(values)
                 case Counters():
                     self.progress.counters = item
                 case FaultEvent():
-                    self._event("fault", f"board reports {item.code.name.lower()}", "error")
+                    self._journal.event("fault", f"board reports {item.code.name.lower()}", "error")
                 case _:
                     pass
-        now = self.clock.now_s()
-        if self._recorder is not None and now >= self._statistics_due_s:
-            self._statistics_due_s = now + _STATISTICS_S
-            self._recorder.link_statistics(records.LinkStatistics(self._since(), self._counters()))
+        self._journal.statistics()
 
     def _answered(self, reading: Reading) -> None:
         waiting = self._waiting.pop(reading.sequence, None)
@@ -382,8 +365,7 @@ class RunLoop:
             progress.tracking.add(waiting.wanted_rad, reading.measured_rad)
         for sequence in [s for s in self._waiting if self._waiting[s].sent_s < waiting.sent_s]:
             self._record_lost(sequence)
-        if self._recorder is not None:
-            self._recorder.tick(tick)
+        self._journal.tick(tick)
 
     def _lose(self, everything: bool = False) -> None:
         """Give up set-points that have waited too long for their answer."""
@@ -395,23 +377,24 @@ class RunLoop:
     def _record_lost(self, sequence: int) -> None:
         waiting = self._waiting.pop(sequence)
         self.progress.lost += 1
-        if self._recorder is not None:
-            self._recorder.tick(waiting.tick)
+        if self.interval_s > 1 / _DOUBLE_BELOW_HZ:
+            self._double_until_s = self.clock.now_s() + _DOUBLE_S
+        self._journal.tick(waiting.tick)
 
     # -- ends --------------------------------------------------------------------------------------------------------
 
     def _relax(self) -> None:
         """Hold for a moment, then take the power away."""
         self.board.hold()
-        self._event("holding", "joints held")
+        self._journal.event("holding", "joints held")
         self._listen(HOLD_BEFORE_RELAX_S)
         self.board.disarm()
-        self._event("disarmed", "joints relaxed")
+        self._journal.event("disarmed", "joints relaxed")
         self.progress.mode = Mode.DISARMED
 
     def _too_late(self, lateness_s: float) -> None:
         self.board.hold()
-        self._event("holding", f"{LATE_ROW_HOLD} late ticks in a row", "error")
+        self._journal.event("holding", f"{LATE_ROW_HOLD} late ticks in a row", "error")
         raise HostLateError(
             f"this computer could not keep the tick: {LATE_ROW_HOLD} ticks in a row came late, the last by "
             f"{lateness_s * 1e3:.1f} ms at an interval of {self.interval_s * 1e3:g} ms; the robot was held and "
@@ -436,7 +419,7 @@ class RunLoop:
         for joint in fault.joints:
             self.board.set_joint_mode(joint, fault.mode, fault.angle_rad, wait=wait)
         names = "+".join(map(str, fault.joints))
-        self._event(
+        self._journal.event(
             "joint_mode",
             f"joint {names}: {fault.mode.name.lower()}",
             data={
@@ -444,54 +427,4 @@ class RunLoop:
                 "mode": fault.mode.name.lower(),
                 "angle_rad": fault.angle_rad,
             },
-        )
-
-    def _since(self) -> float:
-        return max(0.0, self.clock.now_s() - self._origin_s)
-
-    def _event(
-        self, kind: str, message: str, level: records.Level = "info", data: dict[str, object] | None = None
-    ) -> None:
-        self.progress.note = message
-        if self._recorder is not None:
-            with contextlib.suppress(SnakebotError) if level == "error" else contextlib.nullcontext():
-                self._recorder.event(records.Event(self._since(), kind, message, level, data or {}))
-
-    def _telemetry(self, values: dict[str, float]) -> None:
-        if self._recorder is not None:
-            self._recorder.telemetry(records.Telemetry(self._since(), values))
-
-    def _counters(self) -> dict[str, float]:
-        statistics = self.board.link.statistics
-        progress = self.progress
-        counters: dict[str, float] = {
-            "sent": statistics.sent,
-            "received": statistics.received,
-            "corrupt": statistics.corrupt,
-            "bytes_sent": statistics.bytes_sent,
-            "bytes_received": statistics.bytes_received,
-            "unreadable": self.board.unreadable,
-            "ticks": progress.ticks,
-            "late": progress.late,
-            "skipped": progress.skipped,
-            "lost": progress.lost,
-        }
-        if progress.counters is not None:
-            counters["board_corrupt"] = progress.counters.corrupt
-            counters["board_dropped"] = progress.counters.dropped
-            counters["board_clamped"] = progress.counters.clamped
-        estimate = self.board.board_clock.estimate()
-        if estimate is not None:
-            counters["board_offset_s"], counters["board_drift_ppm"] = estimate
-        return {name: float(value) for name, value in counters.items()}
-
-    def _on_frame(self, direction: str, at_s: float, frame: Frame) -> None:
-        assert self._recorder is not None
-        self._recorder.frame(
-            records.RawFrame(
-                max(0.0, at_s - self._origin_s),
-                "sent" if direction == "tx" else "received",
-                frame.id,
-                frame.data,
-            )
         )

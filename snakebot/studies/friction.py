@@ -79,12 +79,12 @@ def read_table(path: Path) -> list[Measurement]:
         BadInputError: the file cannot be read, or a value is missing, no number or impossible (row and column named).
     """
     try:
+        rows: list[Measurement] = []
         with path.open(newline="", encoding="utf-8") as file:
             reader = csv.DictReader(file)
             missing = [name for name in COLUMNS if name not in (reader.fieldnames or [])]
             if missing:
                 raise BadInputError(f"{path}: column {missing[0]} is missing; it needs {', '.join(COLUMNS)}")
-            rows = []
             for row in reader:
                 if len(rows) >= _MAX_ROWS:
                     raise BadInputError(f"{path}: more than {_MAX_ROWS} rows")

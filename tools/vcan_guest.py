@@ -107,7 +107,8 @@ def main() -> None:
         "ip link add dev vcan0 type vcan; ip link set vcan0 up txqueuelen 100; ip link set lo up; "
         "export HOME=/tmp PYTHONDONTWRITEBYTECODE=1 PATH=/usr/sbin:/usr/bin:/sbin:/bin; "
         f"cd {shlex.quote(os.getcwd())}; "
-        f"{shlex.join(options.command)}; echo {STATUS} $?; sync; echo o > /proc/sysrq-trigger; sleep 9"
+        f"{shlex.join(options.command)}; echo {STATUS} $?; "
+        "sync; echo o > /proc/sysrq-trigger; while true; do true; done"
     )
     if "'" in script:
         sys.exit("vcan_guest: give a command and a folder without quotes or spaces")

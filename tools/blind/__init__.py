@@ -1,0 +1,1 @@
+"""The blind check: a second robot, sealed cases, and the scores of the diagnosis on them."""

@@ -1,0 +1,63 @@
+"""A case as a session folder that tells nothing but its signals.
+
+All files of all folders have the same names, sizes and time stamps: every number is written to a fixed width.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from blind.cases import Case
+from blind.robot import COUNTS_PER_REV, JOINTS, LINKS, NOMINAL_LAG_S, NOMINAL_LINK, Recording
+
+STAMP_S = 1_600_000_000  # of every file and folder
+
+_HEADER = ",".join(
+    ["t_s"]
+    + [f"cmd_{j}_rad" for j in range(1, JOINTS + 1)]
+    + [f"enc_{j}_rad" for j in range(1, JOINTS + 1)]
+    + ["x_m", "y_m", "heading_rad"]
+)
+
+
+def write_session(folder: Path, case: Case) -> None:
+    """Raises FileExistsError where the folder is there already."""
+    folder.mkdir()
+    names = [f"run_{i + 1:02d}.csv" for i in range(len(case.runs))]
+    gaits = [*case.gaits, case.gaits[0]]
+    link = NOMINAL_LINK
+    lines = [
+        "robot:",
+        f"  links: {LINKS}",
+        f"  half_length_m: {link['half_length_m']}",
+        f"  link_mass_kg: {link['mass_kg']}",
+        f"  friction: {{ct: {link['ct']}, cn: {link['cn']}, ct0: {link['ct0']}, cn0: {link['cn0']}}}",
+        f"  servo: {{time_constant_s: {NOMINAL_LAG_S}}}",
+        f"  encoder_counts_per_rev: {COUNTS_PER_REV}",
+        "runs:",
+    ]
+    for i, (name, (alpha, beta, omega)) in enumerate(zip(names, gaits, strict=True)):
+        lines.append(f"  - file: {name}")
+        lines.append(
+            f"    gait: {{alpha_deg: {np.degrees(alpha):010.6f}, beta_deg: {np.degrees(beta):010.6f}, "
+            f"omega_rad_s: {omega:08.6f}}}"
+        )
+        if i == len(names) - 1:
+            lines.append(f"    repeat_of: {names[0]}")
+    _put(folder / "session.yaml", "\n".join(lines) + "\n")
+    for name, run in zip(names, case.runs, strict=True):
+        _put(folder / name, _table(run))
+    os.utime(folder, (STAMP_S, STAMP_S))
+
+
+def _table(run: Recording) -> str:
+    rows = np.column_stack([run.t_s, run.command_rad, run.encoder_rad, run.pose])
+    text = [",".join(f"{v:+011.6f}" for v in row) for row in rows]
+    return "\n".join([_HEADER, *text]) + "\n"
+
+
+def _put(path: Path, text: str) -> None:
+    path.write_text(text, encoding="ascii")
+    os.utime(path, (STAMP_S, STAMP_S))

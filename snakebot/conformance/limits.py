@@ -8,6 +8,7 @@ from snakebot.conformance.case import case
 from snakebot.gait.limits import SlewLimiter
 
 _SPEED, _ACCELERATION = 0.6, 4.0
+_BEYOND_RAD = 0.2  # a board without limits moves no further than this
 
 
 @case("LimitRequest: zero and more than the built-in limit are bad_value.")
@@ -68,8 +69,8 @@ def follows_the_limiter(bench: Bench) -> None:
     here = bench.arm()
     model = SlewLimiter(*([limit] for limit in limits))
     model.reset(here[:1])
-    out = 1.0 if here[0] >= 0 else -1.0
-    sent = bench.stream(0.8, lambda t: [out if t < 0.4 else -out * 0.02, *here[1:]])
+    out = here[0] + (_BEYOND_RAD if here[0] >= 0 else -_BEYOND_RAD)
+    sent = bench.stream(0.8, lambda t: [out if t < 0.4 else here[0], *here[1:]])
     bench.ping()
     answers = {sample.state.sequence: sample.applied_rad[0] for sample in bench.samples}
     for number, (sequence, angles) in enumerate(sent, start=1):
@@ -118,7 +119,9 @@ def counts_clamped(bench: Bench) -> None:
     before = bench.counters()
     here = bench.arm()
     bench.executed(
-        [angle + (0.5 if angle < 0 else -0.5) for angle in here], "a jump of 0.5 rad, to be limited", 0.001
+        [angle + (_BEYOND_RAD if angle < 0 else -_BEYOND_RAD) for angle in here],
+        "a jump, to be limited",
+        0.001,
     )
     after = bench.counters()
     grown = (after.clamped - before.clamped) & 0xFFFF
@@ -132,7 +135,7 @@ def bursts_gain_nothing(bench: Bench) -> None:
     speed = 0.3
     expect(bench.set_limit(1, LimitKind.SPEED, speed).result is Result.OK, "a speed limit was refused")
     here = bench.arm()
-    inwards = -1.0 if here[0] >= 0 else 1.0
+    inwards = -_BEYOND_RAD if here[0] >= 0 else _BEYOND_RAD
     target = [here[0] + inwards, *here[1:]]
     bench.stream(0.1, lambda t: here)
     bench.listen(0.05)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from snakebot.diagnosis.blocks import mean_difference
 from snakebot.diagnosis.context import Context
+from snakebot.diagnosis.data import link_is_clean
 from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis, Term, fixed_by
 from snakebot.diagnosis.trial import Trial, each_joint
@@ -41,7 +42,10 @@ def usable_effects(context: Context, only: Sequence[str] = (), exclude: Sequence
     """Effects that this robot can show and that the user has not ruled out."""
     robot = context.data.robot
     out = []
+    clean = link_is_clean(context.data)
     for effect in effects().values():
+        if effect.stage == "link" and clean and effect.name not in only:
+            continue
         if effect.name in exclude or (only and effect.name not in only) or effect.name in NOT_FITTED:
             continue
         if not effect.applies_to(robot) or (effect.stage == "body" and context.ground is None):

@@ -26,6 +26,8 @@ SAME_MOTION = 0.01  # commands closer than this share of their amplitude are the
 MOST_OF_IT = 0.95  # ... in this share of the samples: the edge of a step may come a tick late
 WAKE_UP_S = 0.05  # after a servo comes back its state is not known for this long
 BLOCK_S = 1.0
+SAME_SETPOINT_RAD = 2e-3
+CLEAN = 0.99  # of the samples must be applied as commanded, for the link to be beyond suspicion
 MIN_SAMPLES = 8  # of a joint in a run, below which the run tells nothing about it
 
 
@@ -131,6 +133,27 @@ def _prepare_run(run: Run, motion: int, rad_per_count: float) -> tuple[PreparedR
         ),
         int(bad.sum()),
     )
+
+
+def link_is_clean(data: Data) -> bool:
+    """Whether the board says, in every run, that it applied what was commanded: at once or a tick later."""
+    for run in data.runs:
+        if run.applied_rad is None:
+            return False
+        known = (
+            np.isfinite(run.applied_rad[1:])
+            & np.isfinite(run.command_rad[1:])
+            & np.isfinite(run.command_rad[:-1])
+        )
+        if known.mean() < 0.5:
+            return False
+        off = np.minimum(
+            np.abs(run.applied_rad[1:] - run.command_rad[1:]),
+            np.abs(run.applied_rad[1:] - run.command_rad[:-1]),
+        )
+        if np.mean(off[known] > SAME_SETPOINT_RAD) > 1 - CLEAN:
+            return False
+    return bool(data.runs)
 
 
 def block_numbers(t_s: Floats) -> NDArray[np.int64]:

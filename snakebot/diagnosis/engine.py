@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from snakebot.diagnosis.chance import random_delay
 from snakebot.diagnosis.closure import angle_closure, forward_speeds, scored_runs, speed_closure
 from snakebot.diagnosis.context import Context, make_context
-from snakebot.diagnosis.data import prepare
+from snakebot.diagnosis.data import link_is_clean, prepare
 from snakebot.diagnosis.experiment import Proposal, propose
 from snakebot.diagnosis.gap import Gap, gap_of, named_joints
 from snakebot.diagnosis.groups import degenerate, indistinguishable
@@ -129,7 +129,7 @@ def _check_options(exclude: Sequence[str], only: Sequence[str], known: Mapping[s
 def _by_chance(context: Context, found: Found, only: Sequence[str], exclude: Sequence[str]) -> Found:
     """Lost set-points in the place of a delay, where what is left over shows them."""
     name = "command_loss"
-    allowed = name not in exclude and (not only or name in only)
+    allowed = _may_be(name, only, exclude) and not link_is_clean(context.data)
     if (
         not allowed
         or len(found.best.hypothesis.terms) > 1

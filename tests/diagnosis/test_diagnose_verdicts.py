@@ -74,7 +74,7 @@ def test_offsets_of_servo_and_encoder_tie_without_a_pose() -> None:
     (cause,) = found.causes
     assert {cause.effect, *cause.indistinguishable_from} == {"servo_offset", "encoder_offset"}
     assert found.next_experiment is None
-    assert any("pose" in warning for warning in found.warnings)
+    assert any("a second look at the joint" in warning for warning in found.warnings)
 
 
 def test_a_pose_separates_the_offsets() -> None:

@@ -15,7 +15,7 @@ from sessions import bench, make_run, make_session, snake
 import snakebot.diagnosis.result as result
 from snakebot.diagnosis.blocks import block_map, mean_difference, resample
 from snakebot.diagnosis.context import make_context
-from snakebot.diagnosis.data import prepare, spikes
+from snakebot.diagnosis.data import link_is_clean, prepare, spikes
 from snakebot.diagnosis.fit import Problem, minimise, multi_start
 from snakebot.diagnosis.floor import noise_floor
 from snakebot.diagnosis.folds import folds
@@ -199,3 +199,18 @@ def test_probabilities_rise_with_the_lead_and_fall_with_the_rest() -> None:
     assert calibration().cases > 0
     assert "tools/calibrate_diagnosis" in calibration().command
     assert sum(shared(0.9, [-0.1, -0.2, -0.1])) == pytest.approx(0.9)
+
+
+def test_applied_set_points_clear_the_link_of_suspicion() -> None:
+    session = make_session(bench(1))
+
+    def with_applied(ticks: int) -> Session:
+        return replace(
+            session,
+            runs=tuple(replace(r, applied_rad=np.roll(r.command_rad, ticks, axis=0)) for r in session.runs),
+        )
+
+    assert not link_is_clean(prepare(session))
+    assert link_is_clean(prepare(with_applied(0)))
+    assert link_is_clean(prepare(with_applied(1)))
+    assert not link_is_clean(prepare(with_applied(5)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
-from snakebot.board.client import Board, BoardInfo, Pose, Reading
+from snakebot.board.client import Board
+from snakebot.board.readings import BoardInfo, Pose, Reading, Received
 
-__all__ = ["Board", "BoardInfo", "Pose", "Reading"]
+__all__ = ["Board", "BoardInfo", "Pose", "Reading", "Received"]

@@ -6,7 +6,6 @@ import math
 import secrets
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from firmware_protocol.assembly import SampleAssembler, setpoint_messages, to_wire
 from firmware_protocol.catalogue import (
@@ -37,7 +36,6 @@ from firmware_protocol.catalogue import (
     Pong,
     PoseMotion,
     PosePosition,
-    Result,
     State,
     StopReason,
     Supply,
@@ -46,73 +44,23 @@ from firmware_protocol.catalogue import (
     catalogue_hash,
     decode,
     encode,
-    frame_id,
 )
 from firmware_protocol.frame import Frame, ProtocolError
 from snakebot.board.boardclock import BoardClock
+from snakebot.board.readings import BoardInfo, Pose, Reading, Received
+from snakebot.board.requests import Requests
 from snakebot.clock import Clock
 from snakebot.errors import BadInputError, BoardFaultError, LostBoardError, NoBoardError
 from snakebot.links.base import Link
 from snakebot.robot import Robot
 
 HANDSHAKE_S = 2.0
-RETRY_S = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # waits for an acknowledgement before each repetition
 HEARTBEAT_S = 0.1
 SILENCE_S = 0.5  # a board beats ten times a second: after this long without a frame it is lost
 _TRAFFIC_KEPT = 40
 
 
-@dataclass(frozen=True, slots=True)
-class BoardInfo:
-    """What a board says it is."""
-
-    protocol: str
-    catalogue_hash: int
-    firmware: str
-    serial_number: int
-    joints: int
-    counts_per_rev: int
-    watchdog_ms: int
-    simulated: bool
-    boot_id: int
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """One sample of all joints, in units. ``measured_rad`` is NaN where an encoder gave no reading."""
-
-    sequence: int
-    sample: int
-    mode: Mode
-    received_s: float  # host clock
-    board_time_us: int  # unwrapped
-    measured_rad: tuple[float, ...]
-    applied_rad: tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Pose:
-    """Centre of mass, mean heading and speed, as the board (or a tracking system behind it) knows them."""
-
-    sample: int
-    x_m: float
-    y_m: float
-    heading_rad: float
-    speed_m_s: float
-
-
-Received = Reading | Pose | Supply | JointSupply | Counters | FaultEvent
 FrameListener = Callable[[str, float, Frame], None]  # "tx" or "rx", host clock, frame
-
-
-@dataclass(slots=True)
-class _Outstanding:
-    """A request that has not been acknowledged yet."""
-
-    message: Message
-    what: str
-    tries: int
-    repeat_s: float
 
 
 class Board:
@@ -142,9 +90,8 @@ class Board:
         self._assembler: SampleAssembler | None = None
         self._positions: dict[int, PosePosition] = {}
         self._infos: dict[type[Message], Message] = {}
-        self._outstanding: dict[int, _Outstanding] = {}
+        self._requests = Requests(self.where)
         self._pings: dict[int, float] = {}
-        self._token = secrets.randbelow(256)
         self._sequence = secrets.randbelow(0x10000)
         self._heartbeats = 0
         self._heartbeat_due_s = -math.inf
@@ -286,52 +233,20 @@ class Board:
         )
 
     def _request(self, make: Callable[[int], Message], what: str, wait: bool = True) -> None:
-        self._token = (self._token + 1) % 256
-        token = self._token
-        message = make(token)
-        self._outstanding[token] = _Outstanding(message, what, 1, self.clock.now_s() + RETRY_S[0])
+        token, message = self._requests.make(make, what, self.clock.now_s())
         self._send([message])
-        while wait and token in self._outstanding:
-            self._read(max(1e-4, self._outstanding[token].repeat_s - self.clock.now_s()))
-
-    def _repeat(self, now: float) -> None:
-        """Send again what has not been acknowledged in time."""
-        for token, request in list(self._outstanding.items()):
-            if now < request.repeat_s:
-                continue
-            if request.tries >= len(RETRY_S):
-                del self._outstanding[token]
-                raise LostBoardError(
-                    f"{self.where}: the board did not acknowledge the request {request.what} "
-                    f"({len(RETRY_S)} tries in {sum(RETRY_S):.1f} s): check the cable and the board's supply"
-                )
-            request.repeat_s = now + RETRY_S[request.tries]
-            request.tries += 1
-            self._send([request.message])
-
-    def _acknowledge(self, answer: Acknowledge) -> None:
-        request = self._outstanding.get(answer.token)
-        if request is not None and answer.request == frame_id(type(request.message)):
-            del self._outstanding[answer.token]
-            self._check(answer, request.what)
-            self.mode = Mode(answer.detail) if answer.detail in _MODES else self.mode
-
-    def _check(self, answer: Acknowledge, what: str) -> None:
-        if answer.result is Result.OK:
-            return
-        why = {
-            Result.BAD_VALUE: "the value is outside what this board can do",
-            Result.BAD_JOINT: f"it has joints 1 to {answer.detail}",
-            Result.FORBIDDEN: f"not while it is {_mode_name(answer.detail)}",
-            Result.HELD: f"host {answer.detail:08x} holds it; `snakebot stop` stops it from here",
-            Result.UNSUPPORTED: "it has no such function",
-        }[answer.result]
-        raise BoardFaultError(f"{self.where}: the board refused the request {what}: {why}")
+        while wait and (repeat_s := self._requests.waits_for(token)) is not None:
+            self._read(max(1e-4, repeat_s - self.clock.now_s()))
 
     # -- streaming ---------------------------------------------------------------------------------------------------
 
-    def send_setpoints(self, angles_rad: Sequence[float], interval_s: float) -> tuple[int, tuple[float, ...]]:
-        """Send one tick. It is never repeated: the next tick supersedes it.
+    def send_setpoints(
+        self, angles_rad: Sequence[float], interval_s: float, copies: int = 1
+    ) -> tuple[int, tuple[float, ...]]:
+        """Send one tick. It is never repeated later: the next tick supersedes it.
+
+        On a line that loses frames ``copies`` go out at once: the board executes the first that is whole, from frames
+        of either, and drops the rest as stale.
 
         Returns:
             The sequence number, and the angles as the wire carries them.
@@ -341,7 +256,7 @@ class Board:
             LostBoardError: the link is gone.
         """
         self._sequence = (self._sequence + 1) & 0xFFFF
-        self._send(setpoint_messages(self._sequence, angles_rad, interval_s))
+        self._send(setpoint_messages(self._sequence, angles_rad, interval_s) * copies)
         return self._sequence, tuple(to_wire(angle) for angle in angles_rad)
 
     def ping(self) -> None:
@@ -389,8 +304,8 @@ class Board:
         received: list[Received] = []
         frames = self.link.receive(timeout_s)
         now = self.clock.now_s()
-        if self._outstanding:
-            self._repeat(now)
+        if repeated := self._requests.due(now):
+            self._send(repeated)
         for frame in frames:
             self._note("rx", now, frame)
             try:
@@ -422,7 +337,8 @@ class Board:
             case BoardHeartbeat():
                 self._beat(message)
             case Acknowledge():
-                self._acknowledge(message)
+                mode = self._requests.answered(message)
+                self.mode = self.mode if mode is None else mode
             case Pong():
                 sent = self._pings.pop(message.nonce, None)
                 if sent is not None:
@@ -507,13 +423,6 @@ class Board:
                     f"{self.where}: the board has {theirs} {what}, robot {robot.name!r} has {ours}: "
                     "give the robot's own description with --robot"
                 )
-
-
-_MODES = frozenset(int(mode) for mode in Mode)
-
-
-def _mode_name(value: int) -> str:
-    return Mode(value).name.lower() if value in _MODES else f"in mode {value}"
 
 
 _FAULT_LINES = {

@@ -13,8 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
 from firmware_protocol.catalogue import Counters, FaultEvent, JointMode, JointSupply, Mode, StopReason, Supply
-from snakebot.board import Board, Pose, Reading
-from snakebot.board.client import Received
+from snakebot.board import Board, Pose, Reading, Received
 from snakebot.clock import Clock, MonotonicClock, urgent
 from snakebot.control.faults import JointFault
 from snakebot.control.journal import Journal, Recorder
@@ -31,7 +30,9 @@ FRESH_READING_S = 2.0  # longest wait for the joint angles that the motion start
 _ANSWER_TICKS = 4  # a set-point that has no answer after this many further ticks is lost
 _WAKE_EARLY_S = 0.0003  # leave the wait for frames this much before a deadline, and sleep the rest exactly
 _DOUBLE_S = 2.0  # after a loss every set-point is sent twice over for this long
-_DOUBLE_BELOW_HZ = 150.0  # from here on enough ticks fit into the board's watchdog, and doubling might fill the line
+_DOUBLE_BELOW_HZ = (
+    150.0  # from here on enough ticks fit into the board's watchdog, and doubling might fill the line
+)
 _SHORTEST_WAIT_S = 1e-6  # a wait that rounding may swallow would never end in virtual time
 _CHANGE_AHEAD_S = 0.25  # time to check a new gait before it begins
 MIN_RATE_HZ, MAX_RATE_HZ = (

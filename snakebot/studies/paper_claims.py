@@ -208,8 +208,12 @@ def _wheeled(e: Evidence) -> Iterator[Row]:
     yield _slope("2c", front, 0.88, why)
     more = rate > slope_through_origin(lying.swept)
     yield Row("2d", "needs a higher omega than 1 at the same speed", "yes", "yes" if more else "no", more)
-    speeds = [o.speed_m_s for o in lying.swept if o.speed_m_s <= 6]
-    share = max((front.power(v) / lying.power(v) for v in speeds), default=math.nan)
+    speeds, powers = np.array([(o.speed_m_s, o.power_w) for o in front.optima]).T
+    share = max(
+        float(np.interp(o.speed_m_s, speeds, powers) / o.power_w)
+        for o in lying.swept
+        if speeds[0] <= o.speed_m_s <= speeds[-1]
+    )
     yield Row("2e", "needs less power than 1 at every speed", "less", f"at most {share:.0%}", share < 1)
     yield _power("2f", front, e.joint_power_w["saito_wheeled"], 160)
 

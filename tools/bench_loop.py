@@ -8,6 +8,8 @@ For each link (pty, udp_multicast, slcan) and rate, three things take turns in s
              the same size from a process that does nothing but answer: no codec, no board, no physics
   C          a plain C loop on clock_nanosleep deadlines over a pty echo (pty only): what the machine itself can do
 
+All of them ask for SCHED_FIFO, which they get as root or with `ulimit -r`.
+
 A tick is late when it starts more than half an interval after its deadline. Aim: median and p99 of snakebot within
 twice the echo's; late ticks no more than the C loop's plus one in ten thousand.
 """
@@ -37,6 +39,7 @@ C_SOURCE = r"""
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <poll.h>
+#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -50,6 +53,8 @@ int main(int argc, char **argv) {
     size_t out = (size_t)atoi(argv[4]), in = (size_t)atoi(argv[5]);
     char buffer[4096]; memset(buffer, 1, sizeof buffer);
     prctl(PR_SET_TIMERSLACK, 1);
+    struct sched_param priority = {10};
+    sched_setscheduler(0, SCHED_FIFO, &priority); /* as the run loop does; nothing without the permission */
     double origin = now() + 0.01;
     for (int k = 0; k < ticks; k++) {
         double deadline = origin + k * interval;
@@ -128,7 +133,14 @@ def child(arguments: list[str]) -> Iterator[tuple[subprocess.Popen[str], str]]:
 
 
 def serve_echo(kind: str) -> None:
-    """The process that only answers."""
+    """The process that only answers, as urgently as the board does."""
+    from snakebot.clock import urgent
+
+    with urgent():
+        _answer(kind)
+
+
+def _answer(kind: str) -> None:
     from firmware_protocol.framing import pack_all
 
     request, answer = request_and_answer()
@@ -174,11 +186,12 @@ def serve_echo(kind: str) -> None:
 def echo_loop(kind: str, where: str, rate: float, seconds: float) -> Figures:
     """The host's side of the bare echo."""
     from firmware_protocol.framing import pack_all
-    from snakebot.clock import MonotonicClock
+    from snakebot.clock import MonotonicClock, urgent
 
     request, answer = request_and_answer()
     exchange: Callable[[], bool]
     with contextlib.ExitStack() as stack:
+        stack.enter_context(urgent())
         if kind == "pty":
             fd = os.open(where, os.O_RDWR | os.O_NOCTTY)
             stack.callback(os.close, fd)

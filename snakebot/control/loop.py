@@ -27,7 +27,7 @@ LATE_SHARE = 0.5  # a tick that starts later than this share of the interval is 
 LATE_ROW_HOLD = 5  # late ticks in a row that bring the robot to hold
 HOLD_BEFORE_RELAX_S = 0.2
 FRESH_READING_S = 2.0  # longest wait for the joint angles that the motion starts from
-_ANSWER_TICKS = 4  # a set-point that has no answer after this many further ticks is lost
+_ANSWER_TICKS, _ANSWER_S = 4, 0.05  # a set-point that has no answer after both is lost
 _WAKE_EARLY_S = 0.0003  # leave the wait for frames this much before a deadline, and sleep the rest exactly
 _DOUBLE_S = 2.0  # after a loss every set-point is sent twice over for this long
 _DOUBLE_BELOW_HZ = (
@@ -372,7 +372,7 @@ class RunLoop:
         """Give up set-points that have waited too long for their answer."""
         for sequence, waiting in list(self._waiting.items()):
             waiting.age += 1
-            if everything or waiting.age > _ANSWER_TICKS:
+            if everything or waiting.age > max(_ANSWER_TICKS, _ANSWER_S / self.interval_s):
                 self._record_lost(sequence)
 
     def _record_lost(self, sequence: int) -> None:

@@ -176,8 +176,8 @@ class Board:
         self._armed = True
 
     def hold(self) -> None:
-        """Freeze the joints where they are, powered."""
-        self._request(lambda token: ModeRequest(token, Mode.HOLDING, self.host), "to hold")
+        """Freeze the joints where they are, powered. Asked twice over: meanwhile no set-point feeds the watchdog."""
+        self._request(lambda token: ModeRequest(token, Mode.HOLDING, self.host), "to hold", copies=2)
 
     def disarm(self) -> None:
         """Relax: the servos lose power. Also clears a fault or an emergency stop."""
@@ -232,9 +232,9 @@ class Board:
             lambda token: ZeroRequest(token, joint, zero_counts, self.host), f"the zero of joint {joint}"
         )
 
-    def _request(self, make: Callable[[int], Message], what: str, wait: bool = True) -> None:
+    def _request(self, make: Callable[[int], Message], what: str, wait: bool = True, copies: int = 1) -> None:
         token, message = self._requests.make(make, what, self.clock.now_s())
-        self._send([message])
+        self._send([message] * copies)
         while wait and (repeat_s := self._requests.waits_for(token)) is not None:
             self._read(max(1e-4, repeat_s - self.clock.now_s()))
 

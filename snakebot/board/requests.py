@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from firmware_protocol.catalogue import Acknowledge, Message, Mode, Result, frame_id
 from snakebot.errors import BoardFaultError, LostBoardError
 
-RETRY_S = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # waits for an acknowledgement before each repetition
+# Waits for an acknowledgement before each repetition. The first five tries are within the board's watchdog of 100 ms:
+# a host that asks to hold, or has armed, sends no set-points until it is answered.
+RETRY_S = (*4 * (0.02,), 0.04, 0.08, *7 * (0.16,))
 
 
 @dataclass(slots=True)

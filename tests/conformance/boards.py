@@ -10,7 +10,6 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -20,20 +19,20 @@ from typing import Any
 from building import need
 from core_bench import CoreBench, CoreLink
 
-from snakebot.clock import Clock, MonotonicClock, VirtualClock
+from snakebot.clock import MonotonicClock, VirtualClock
 from snakebot.conformance import Bench
 from snakebot.links import Link, open_link
+from snakebot.links.stream_link import StreamLink
 from snakebot.robot import load_robot
-from snakebot.simboard import InProcessLink, PtyEnd, SimBoard, serve
+from snakebot.simboard import InProcessLink, SimBoard
 
 STARTS_S = 20.0
 
 
 def bytes_of(link: Link) -> Callable[[bytes], None]:
     """Raw bytes onto the stream under a serial link."""
-    stream: Any = link._stream  # type: ignore[attr-defined]
-    write: Callable[[bytes], None] = stream.write
-    return write
+    assert isinstance(link, StreamLink)
+    return link.send_bytes
 
 
 @contextmanager
@@ -79,24 +78,6 @@ def core_in_process(
 
 
 @contextmanager
-def sim_over_pty() -> Iterator[Bench]:
-    """The simulated board behind a pseudo-terminal, in a thread of its own."""
-    clock = MonotonicClock()
-    end = PtyEnd()
-    board = SimBoard(load_robot("penn_state"))
-    stop = threading.Event()
-    thread = threading.Thread(target=serve, args=(board, end, clock, stop))
-    thread.start()
-    try:
-        with open_link(end.port) as link:
-            yield Bench(link, clock, send_bytes=bytes_of(link))
-    finally:
-        stop.set()
-        thread.join(10.0)
-        end.close()
-
-
-@contextmanager
 def _program(*command: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """A program that prints the port to use in its first line."""
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
@@ -113,14 +94,12 @@ def _program(*command: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
 
 
 @contextmanager
-def sim_over_slcan() -> Iterator[Bench]:
-    """The simulated board as its own program, behind a serial CAN adapter."""
+def sim_program(*options: str) -> Iterator[Bench]:
+    """The simulated board as its own program: ``--serial`` or ``--can slcan``."""
     program = "from snakebot.cli.main import main; main()"
-    command = [sys.executable, "-c", program, "board", "sim", "--can", "slcan", "--json"]
-    with _program(*command) as (_, line):
-        clock: Clock = MonotonicClock()
-        with open_link(json.loads(line)["port"]) as link:
-            yield Bench(link, clock)
+    command = [sys.executable, "-c", program, "board", "sim", *options, "--json"]
+    with _program(*command) as (_, line), open_link(json.loads(line)["port"]) as link:
+        yield Bench(link, MonotonicClock(), send_bytes=bytes_of(link) if "--serial" in options else None)
 
 
 @contextmanager

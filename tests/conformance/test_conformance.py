@@ -99,9 +99,9 @@ def real_board(request: pytest.FixtureRequest) -> Iterator[Bench]:
     with ExitStack() as stack:
         stack.enter_context(boards.ahead_of_others())
         if name == "simulated-pty":
-            made = boards.sim_over_pty()
+            made = boards.sim_program("--serial")
         elif name == "simulated-slcan":
-            made = boards.sim_over_slcan()
+            made = boards.sim_program("--can", "slcan")
         elif name == "host-pty":
             made = host()
         elif name == "host-slcan":
@@ -124,6 +124,7 @@ def test_real_time(case: Case, real_board: Bench) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize("case", [case for case in cases() if case.long], ids=lambda case: case.name)
 @pytest.mark.parametrize("real_board", ["host-pty", "host-slcan", "cortex-m-qemu"], indirect=True)
 def test_real_time_long(case: Case, real_board: Bench) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from boards import ahead_of_others, qemu
 
-from snakebot.errors import EXIT_HOST_LATE
+from snakebot.errors import EXIT_BOARD_FAULT, EXIT_HOST_LATE
 
 PROGRAM = "from snakebot.cli.main import main; main()"
 
@@ -33,7 +33,10 @@ def test_a_minute_at_100_hz(cortex_m_image: Path, tmp_path: Path) -> None:
                 "--json",
             ]
             done = subprocess.run(command, capture_output=True, text=True, check=False)
-            if done.returncode != EXIT_HOST_LATE:  # a machine that is busy with other tests
+            if done.returncode not in (
+                EXIT_HOST_LATE,
+                EXIT_BOARD_FAULT,
+            ):  # host or emulator was held up by other work
                 break
             time.sleep(5.0)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -31,7 +31,8 @@ def call(*arguments: object) -> Result:
 
 def test_verdict_report_and_calibrated_robot(folder: Path, tmp_path: Path) -> None:
     verdict, page, robot = tmp_path / "verdict.json", tmp_path / "verdict.html", tmp_path / "calibrated.yaml"
-    result = call(folder, "--json", verdict, "--report", page, "--apply", robot, "--quick")
+    only = ("--only", "rate_limit", "--only", "servo_lag")
+    result = call(folder, "--json", verdict, "--report", page, "--apply", robot, "--quick", *only)
     assert result.exit_code == 0, result.output
     assert "rate_limit on joint 1" in result.output
     assert (
@@ -104,5 +105,31 @@ def test_the_commands_in_the_documentation_are_understood(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my_session").symlink_to(folder)
     for line in lines:
-        result = call(*line.split()[2:], "--quick", "--quiet")
+        result = call(*line.split()[2:], "--quick", "--quiet", "--only", "rate_limit")
         assert result.exit_code == 0, (line, result.output, result.exception)
+
+
+@pytest.mark.slow
+def test_live_runs_a_starting_set_on_the_simulated_board_and_finds_the_effect(tmp_path: Path) -> None:
+    arguments = (
+        "--live",
+        tmp_path / "logs",
+        "--fast",
+        "--yes",
+        "--quick",
+        "--quiet",
+        "--json",
+        tmp_path / "v.json",
+    )
+    result = call(*arguments, "--effect", "rate_limit:limit_rad_s=1.5,joints=2")
+    assert result.exit_code == 0, (result.output, result.exception)
+    (cause,) = json.loads((tmp_path / "v.json").read_text())["causes"]
+    assert (cause["effect"], cause["joints"]) == ("rate_limit", [2])
+    assert len(list((tmp_path / "logs").glob("*.mcap"))) == 5
+
+
+def test_live_asks_before_anything_moves(tmp_path: Path) -> None:
+    result = CliRunner().invoke(command, ["--live", str(tmp_path / "logs"), "--fast"], input="n\n")
+    assert isinstance(result.exception, BadInputError)
+    assert "fewer than two runs" in str(result.exception)
+    assert list((tmp_path / "logs").iterdir()) == []

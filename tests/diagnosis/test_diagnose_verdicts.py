@@ -78,7 +78,8 @@ def test_offsets_of_servo_and_encoder_tie_without_a_pose() -> None:
 
 
 def test_a_pose_separates_the_offsets() -> None:
-    found = diagnose(make_session(snake(), ["encoder_offset:offset_deg=4,joints=3"], pose=True), quick=True)
+    session = make_session(snake(), ["encoder_offset:offset_deg=4,joints=3"], pose=True)
+    found = diagnose(session, quick=True, only=["servo_offset", "encoder_offset", "command_gain", "backlash"])
     assert found.causes[0].effect == "encoder_offset"
     assert found.causes[0].joints == (3,)
     assert "servo_offset" not in found.causes[0].indistinguishable_from

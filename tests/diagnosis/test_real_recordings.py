@@ -41,6 +41,7 @@ def test_with_weight_nothing_is_claimed_with_confidence_that_leaves_the_load_out
     assert found.unexplained.significant
 
 
+@pytest.mark.slow
 def test_position_gains_of_four_folders_show() -> None:
     gains, off = [], []
     for kp in (100, 200, 400, 800):

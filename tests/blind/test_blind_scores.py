@@ -1,0 +1,108 @@
+"""Scores of made-up answers are known beforehand."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from blind.scores import calibration_error, confusion, figures, power, wilson
+
+
+def label(stratum: str, *effects: tuple[str, str, list[int] | None, dict[str, float]], size: float = 3.0) -> Any:
+    listed = [
+        {"name": n, "stage": s, "joints": j, "values": v, "size": size} for n, s, j, v in effects
+    ]  # fmt: skip
+    return {"stratum": stratum, "asked_size": size, "effects": listed, "floor_rad": 0.002, "floor_m": 0.002}
+
+
+def answer(
+    verdict: str,
+    stage: str = "none",
+    joints: tuple[int, ...] = (),
+    *causes: tuple[str, float, tuple[str, ...], dict[str, tuple[float, float, float]]],
+    closed: float | None = 0.99,
+) -> Any:
+    return {
+        "verdict": verdict,
+        "where": {"stage": stage, "joints": list(joints)},
+        "causes": [
+            {
+                "effect": e,
+                "probability": p,
+                "indistinguishable_from": list(group),
+                "parameters": {k: {"estimate": m, "ci95": [a, b]} for k, (m, a, b) in values.items()},
+            }
+            for e, p, group, values in causes
+        ],
+        "closure": {"joint_angle": {"closed": closed}},
+    }
+
+
+LIMIT = label("single", ("rate_limit", "servo", [3], {"limit_rad_s": 2.0}))
+RIGHT = answer("explained", "servo", (3,), ("rate_limit", 1.0, (), {"limit_rad_s": (2.04, 1.95, 2.1)}))
+WRONG = answer("explained", "link", (1, 2, 3, 4, 5), ("command_delay", 0.9, (), {}), closed=0.5)
+QUIET = label("no_gap")
+UNKNOWN = label("unknown", ("gear_eccentricity", "servo", [2], {}))
+PAIR = label("pair", ("rate_limit", "servo", [3], {}), ("encoder_offset", "sensor", [1], {}))
+
+
+def table(*pairs: Any) -> dict[str, Any]:
+    return {f.key: f for f in figures(pairs)}
+
+
+def test_a_perfect_answerer_meets_the_aims() -> None:
+    both = answer("explained", "servo", (1, 3), ("encoder_offset", 1.0, (), {}), ("rate_limit", 1.0, (), {}))
+    found = table(
+        *[(LIMIT, RIGHT)] * 4, (QUIET, answer("no_gap")), (UNKNOWN, answer("unexplained", "servo", (2,))), (PAIR, both)
+    )
+    missed = [f.key for f in found.values() if f.met is False]
+    assert missed == ["coverage"]  # all of 4 intervals hold: more than the 98 % that are allowed
+    assert found["named"].value == found["pairs"].value == found["unknown"].value == 1.0
+    assert found["error_median"].value == pytest.approx(0.02)
+
+
+def test_a_wrong_answerer_misses_them() -> None:
+    found = table((LIMIT, WRONG), (QUIET, WRONG), (UNKNOWN, WRONG), (PAIR, RIGHT))
+    for key in ("named", "exact", "stage", "joints", "pairs", "unknown", "closure"):
+        assert found[key].met is False, key
+    assert found["false_alarms"].value == 1.0
+    assert found["brier"].value == pytest.approx((3 * 0.81 + 0.0) / 4)
+
+
+def test_a_group_counts_as_one_but_not_as_exact() -> None:
+    grouped = answer("explained", "servo", (3,), ("voltage_sag", 0.9, ("rate_limit",), {}))
+    found = table((LIMIT, grouped))
+    assert found["named"].value == 1.0
+    assert found["exact"].cases == 0  # nothing was claimed to be resolved
+
+
+def test_no_answer_is_a_wrong_answer() -> None:
+    found = table((LIMIT, None), (QUIET, None), (PAIR, None), (UNKNOWN, None))
+    assert found["named"].value == found["pairs"].value == found["unknown"].value == 0.0
+    assert found["false_alarms"].value == 1.0
+    assert confusion([(LIMIT, None)])[1] == ["no answer"]
+
+
+def test_a_cause_cannot_be_right_when_it_was_left_out() -> None:
+    left = label("left_out", ("rate_limit", "servo", [3], {}))
+    sure = answer("explained", "servo", (3,), ("voltage_sag", 0.95, ("rate_limit",), {}))
+    unsure = answer("explained", "servo", (3,), ("voltage_sag", 0.3, (), {}))
+    assert table((left, sure))["left_out"].value == 0.0
+    assert table((left, unsure))["left_out"].value == 1.0
+    assert table((left, sure))["brier"].value == pytest.approx(0.9025)
+
+
+def test_faint_effects_are_in_the_power_table_only() -> None:
+    faint = label("single", ("rate_limit", "servo", [3], {}), size=1.5)
+    assert table((faint, WRONG))["named"].cases == 0
+    assert power([(faint, RIGHT), (faint, WRONG)]) == {"rate_limit": {"low": (1, 2)}}
+
+
+def test_wilson_interval() -> None:
+    # Newcombe, Statistics in Medicine 17 (1998), table I, method 3: 81/263 and 0/20
+    assert wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=1e-4)
+    assert wilson(0, 20) == pytest.approx((0.0, 0.1611), abs=1e-4)
+
+
+def test_calibration_error_by_hand() -> None:
+    p, right = np.array([0.95, 0.95, 0.55, 0.55]), np.array([1.0, 1.0, 1.0, 0.0])
+    assert calibration_error(p, right) == pytest.approx((2 * 0.05 + 2 * 0.05) / 4)

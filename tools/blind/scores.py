@@ -1,0 +1,250 @@
+"""From answers and labels to figures, each with its 95 % interval."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+ALL_JOINTS = [1, 2, 3, 4, 5]
+PLAIN = 2.7  # reached size from which an effect counts as "at 3 floors or more"
+LOW_PROBABILITY = 0.5
+Answer = dict[str, Any]
+Label = dict[str, Any]
+Pair = tuple[Label, Answer | None]  # None: no answer came, which counts as wrong
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A line of the table. ``value`` is None where no case bears on it."""
+
+    key: str
+    text: str
+    aim: str
+    value: float | None
+    low: float | None
+    high: float | None
+    cases: int
+    met: bool | None
+
+    def mapping(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+def wilson(hits: int, cases: int) -> tuple[float, float]:
+    """Interval of a proportion that holds for few cases, too (Wilson 1927)."""
+    z, n = 1.959964, max(cases, 1)
+    p = hits / n
+    centre = (p + z * z / (2 * n)) / (1 + z * z / n)
+    half = z / (1 + z * z / n) * (p * (1 - p) / n + z * z / (4 * n * n)) ** 0.5
+    return max(0.0, centre - half), min(1.0, centre + half)
+
+
+def group(cause: dict[str, Any]) -> set[str]:
+    return {cause["effect"], *cause["indistinguishable_from"]}
+
+
+def first_cause(answer: Answer | None) -> dict[str, Any] | None:
+    return answer["causes"][0] if answer and answer["causes"] else None
+
+
+def names_it(label: Label, answer: Answer | None) -> bool:
+    cause = first_cause(answer)
+    return cause is not None and label["effects"][0]["name"] in group(cause)
+
+
+def stage_right(label: Label, answer: Answer | None) -> bool:
+    return answer is not None and answer["where"]["stage"] == label["effects"][0]["stage"]
+
+
+def joints_right(label: Label, answer: Answer | None) -> bool:
+    should = label["effects"][0]["joints"] or ALL_JOINTS
+    return answer is not None and sorted(answer["where"]["joints"]) == sorted(should)
+
+
+def unexplained(answer: Answer | None) -> bool:
+    return answer is not None and answer["verdict"] == "unexplained"
+
+
+def has_cause_or_gap(answer: Answer | None) -> bool:
+    return answer is None or bool(answer["causes"]) or answer["verdict"] != "no_gap"
+
+
+def caught_left_out(answer: Answer | None) -> bool:
+    cause = first_cause(answer)
+    return unexplained(answer) or (cause is not None and cause["probability"] < LOW_PROBABILITY)
+
+
+def size(label: Label) -> float:
+    return min((e["size"] for e in label["effects"]), default=0.0)
+
+
+def both_named(label: Label, answer: Answer | None) -> bool:
+    if answer is None:
+        return False
+    named: set[str] = set().union(*(group(c) for c in answer["causes"][: len(label["effects"])]))
+    return len(answer["causes"]) >= 2 and all(e["name"] in named for e in label["effects"])
+
+
+def parameter_errors(pairs: Sequence[Pair]) -> tuple[list[float], list[bool]]:
+    """Relative error and whether the interval holds the truth, of every fitted parameter of effects named exactly."""
+    errors, covered = [], []
+    for label, answer in pairs:
+        true = {e["name"]: e["values"] for e in label["effects"]}
+        for cause in answer["causes"] if answer else ():
+            for name, value in true.get(cause["effect"], {}).items():
+                found = cause["parameters"].get(name)
+                if found is None or name in ("link", "angle_deg") or found.get("fixed") or not found.get("ci95"):
+                    continue
+                unit = 1.0 if name == "gain" or name.endswith("_scale") else 0.0
+                errors.append(abs(found["estimate"] - value) / max(abs(value - unit), 1e-12))
+                covered.append(found["ci95"][0] <= value <= found["ci95"][1])
+    return errors, covered
+
+
+def probabilities(pairs: Sequence[Pair]) -> tuple[np.ndarray, np.ndarray]:
+    """Probability and truth of every cause in every answer; of an unanswered case there is none."""
+    p, right = [], []
+    for label, answer in pairs:
+        true = {e["name"] for e in label["effects"]} if label["stratum"] != "left_out" else set()
+        for cause in answer["causes"] if answer else ():
+            p.append(float(cause["probability"]))
+            right.append(bool(true & group(cause)))
+    return np.array(p), np.array(right, dtype=float)
+
+
+def calibration_error(p: np.ndarray, right: np.ndarray, bins: int = 10) -> float:
+    """Expected calibration error over bins of equal width."""
+    index = np.minimum((p * bins).astype(int), bins - 1)
+    return float(sum(abs((right - p)[index == b].sum()) for b in range(bins)) / p.size)
+
+
+def _share(key: str, text: str, aim: str, least: float | None, most: float | None, hits: Sequence[bool]) -> Figure:
+    if not hits:
+        return Figure(key, text, aim, None, None, None, 0, None)
+    value = sum(hits) / len(hits)
+    low, high = wilson(sum(hits), len(hits))
+    met = (least is None or value >= least) and (most is None or value <= most)
+    return Figure(key, text, aim, value, low, high, len(hits), met)
+
+
+def _statistic(
+    key: str, text: str, aim: str, most: float, data: Sequence[np.ndarray], of: Callable[..., float], least: bool = False
+) -> Figure:
+    """A statistic of paired samples with a bootstrap interval; ``most`` is the least where ``least``."""
+    n = len(data[0])
+    if n == 0:
+        return Figure(key, text, aim, None, None, None, 0, None)
+    value, rng = of(*data), np.random.default_rng(0)
+    draws = [of(*(d[i] for d in data)) for i in (rng.integers(n, size=n) for _ in range(500))]
+    low, high = np.quantile(draws, [0.025, 0.975])
+    return Figure(key, text, aim, value, float(low), float(high), n, value >= most if least else value <= most)
+
+
+def figures(pairs: Sequence[Pair], oracle: dict[int, float] | None = None) -> list[Figure]:
+    """All lines of the table. ``oracle``: closure reached by the one who knows the effect, by index in ``pairs``."""
+
+    def of(stratum: str, least: float = 0.0) -> list[Pair]:
+        return [(lab, a) for lab, a in pairs if lab["stratum"] == stratum and size(lab) >= least]
+
+    plain, quiet = of("single", PLAIN), of("no_gap")
+    unknown, left_out, two = of("unknown", PLAIN), of("left_out", PLAIN), of("pair", PLAIN)
+    resolved = [(lab, a) for lab, a in plain if (c := first_cause(a)) and not c["indistinguishable_from"]]
+    moving = [(lab, a) for lab, a in plain if lab["effects"][0]["stage"] != "body"]
+    errors, covered = parameter_errors([*plain, *two])
+    e = np.array(errors)
+    p, right = probabilities(pairs)
+    closed = [
+        v
+        for lab, a in moving
+        if lab["effects"][0]["name"] != "encoder_noise" and a
+        if (v := a["closure"]["joint_angle"]["closed"]) is not None
+    ]
+    rows = [
+        _share("named", "cause named, single >= 3x, gaits alone", ">= 85 %", 0.85, None, [names_it(*x) for x in plain]),
+        _share(
+            "exact", "exact cause where resolved", ">= 90 %", 0.9, None,
+            [first_cause(a)["effect"] == lab["effects"][0]["name"] for lab, a in resolved],  # type: ignore[index]
+        ),
+        _share("stage", "stage right, single >= 3x", ">= 98 %", 0.98, None, [stage_right(*x) for x in plain]),
+        _share("joints", "joints right, single >= 3x", ">= 98 %", 0.98, None, [joints_right(*x) for x in moving]),
+        _share("pairs", "both causes of a pair >= 3x", ">= 75 %", 0.75, None, [both_named(*x) for x in two]),
+        _statistic("error_median", "parameter error, median", "<= 5 %", 0.05, [e], lambda x: float(np.median(x))),
+        _statistic(
+            "error_p90", "parameter error, 90th percentile", "<= 15 %", 0.15, [e], lambda x: float(np.quantile(x, 0.9))
+        ),
+        _share("coverage", "coverage of 95 % intervals", "90-98 %", 0.9, 0.98, covered),
+        _share("false_alarms", "false alarms, no gap", "<= 2 %", None, 0.02, [has_cause_or_gap(a) for _, a in quiet]),
+        _share("unknown", "unknown >= 3x called unexplained", ">= 85 %", 0.85, None, [unexplained(a) for _, a in unknown]),
+        _share("wrongly", "known >= 3x called unexplained", "<= 5 %", None, 0.05, [unexplained(a) for _, a in plain]),
+        _share(
+            "left_out", "left out >= 3x: unexplained or p < 0.5", ">= 85 %", 0.85, None,
+            [caught_left_out(a) for _, a in left_out],
+        ),
+        _share(
+            "left_out_joints", "left out >= 3x: joints right", ">= 98 %", 0.98, None,
+            [joints_right(*x) for x in left_out if x[0]["effects"][0]["stage"] != "body"],
+        ),
+        _statistic("ece", "calibration error (ECE)", "<= 0.05", 0.05, [p, right], calibration_error),
+        _statistic(
+            "brier", "Brier score", "<= 0.10", 0.10, [p, right], lambda q, r: float(np.mean((q - r) ** 2))
+        ),
+        _statistic(
+            "closure", "closure of joint angles, single >= 3x, median", ">= 0.95", 0.95, [np.array(closed)],
+            lambda x: float(np.median(x)), least=True,
+        ),
+    ]  # fmt: skip
+    gaps = np.array(
+        [v - c for i, v in (oracle or {}).items() if (c := _closed(pairs[i][1])) is not None], dtype=float
+    )
+    rows.append(
+        _statistic(
+            "oracle", "closure lost against the oracle, median", "<= 0.03", 0.03, [gaps], lambda x: float(np.median(x))
+        )
+    )
+    return rows
+
+
+def _closed(answer: Answer | None) -> float | None:
+    return None if answer is None else answer["closure"]["joint_angle"]["closed"]
+
+
+def power(pairs: Sequence[Pair]) -> dict[str, dict[str, tuple[int, int]]]:
+    """Hits and cases by effect and asked size: how visible an effect must be to be named."""
+    table: dict[str, dict[str, tuple[int, int]]] = {}
+    for label, answer in pairs:
+        if label["stratum"] != "single":
+            continue
+        row = table.setdefault(label["effects"][0]["name"], {})
+        hits, cases = row.get(key := _size_class(label["asked_size"]), (0, 0))
+        row[key] = (hits + names_it(label, answer), cases + 1)
+    return table
+
+
+def _size_class(asked: float) -> str:
+    return "low" if asked < 2 else "middle" if asked < 5 else "high"
+
+
+def confusion(pairs: Sequence[Pair]) -> tuple[list[str], list[str], np.ndarray]:
+    """Truth (rows) against the first cause (columns); a group that holds the truth counts as the truth."""
+    rows: dict[str, dict[str, int]] = {}
+    for label, answer in pairs:
+        if len(label["effects"]) > 1:
+            continue
+        true = label["effects"][0]["name"] if label["effects"] else "no gap"
+        if label["stratum"] == "left_out":
+            true += " (left out)"
+        cause = first_cause(answer)
+        if answer is None:
+            said = "no answer"
+        elif cause is None:
+            said = answer["verdict"].replace("_", " ")
+        else:
+            said = true if true in group(cause) else cause["effect"]
+        row = rows.setdefault(true, {})
+        row[said] = row.get(said, 0) + 1
+    truths = sorted(rows)
+    said_all = sorted({s for row in rows.values() for s in row})
+    return truths, said_all, np.array([[rows[t].get(s, 0) for s in said_all] for t in truths])

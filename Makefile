@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: run test slow lint types clean
+.PHONY: run test slow blind lint types clean
 
 $(BIN)/snakebot: pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit("snakebot needs Python 3.11 or newer, found " + sys.version.split()[0]) if sys.version_info < (3, 11) else None'
@@ -28,6 +28,13 @@ test: $(VENV)/.tested  ## the default suite
 
 slow: $(VENV)/.tested  ## what the default suite leaves out
 	$(BIN)/python -m pytest -n 2 -m slow
+
+SEED ?= 1
+CASES ?= 300
+blind: $(VENV)/.tested  ## the diagnosis on sealed cases of another robot; goes on where it was stopped
+	$(BIN)/python tools/blind/make --seed $(SEED) --cases $(CASES) build/blind-$(SEED)-$(CASES)
+	$(BIN)/python tools/blind/answer build/blind-$(SEED)-$(CASES) build/blind-$(SEED)-$(CASES).answers
+	$(BIN)/python tools/blind/score build/blind-$(SEED)-$(CASES).answers build/blind-$(SEED)-$(CASES)/labels.sealed
 
 lint: $(VENV)/.linted
 	$(BIN)/ruff check .

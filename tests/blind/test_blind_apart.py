@@ -55,7 +55,9 @@ def test_all_public_effect_names_are_injected() -> None:
 
     from snakebot.effects import effects
 
-    held = {name for name in effects() if name != "torque_speed"}  # a motor curve: the blind robot always has one
+    held = {
+        name for name in effects() if name != "torque_speed"
+    }  # a motor curve: the blind robot always has one
     assert set(KNOWN) == held
     assert not set(UNKNOWN) & set(effects())
     assert len(UNKNOWN) >= 5

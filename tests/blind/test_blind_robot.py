@@ -56,7 +56,9 @@ def test_encoders_are_quantised_and_noisy_runs_repeat_only_with_the_seed() -> No
 
 def test_rate_limit_is_kept() -> None:
     rate = np.abs(np.diff(faulty("rate_limit", 4.0, [2]).encoder_rad, axis=0)) / 0.02
-    assert rate[:, 2].max() == pytest.approx(1.0, rel=0.08)
+    # of the motor; the load sways the output a little about it
+    assert np.median(rate[:, 2]) == pytest.approx(1.0, rel=0.05)
+    assert rate[:, 2].max() < 1.3
     assert rate[:, 1].max() > 1.8
 
 
@@ -66,11 +68,10 @@ def test_torque_limit_weakens_only_the_joints_named(clean: Recording) -> None:
     assert change[2] > 5 * np.delete(change, 2).max()
 
 
-def test_play_is_lost_at_each_reversal(clean: Recording) -> None:
-    r = faulty("backlash", 6.0, [0])
-    loss = np.ptp(clean.encoder_rad[200:, 0]) - np.ptp(r.encoder_rad[200:, 0])
-    assert 0 < np.degrees(loss) < 7
-    assert np.degrees(np.abs(r.encoder_rad - clean.encoder_rad)[200:, 0].max()) > 2.5
+def test_play_lets_the_output_go_half_of_it_either_way(clean: Recording) -> None:
+    off = np.degrees(faulty("backlash", 6.0, [0]).encoder_rad - clean.encoder_rad)[200:, 0]
+    assert 2.5 < off.max() < 3.5
+    assert -3.5 < off.min() < -2.5
 
 
 def test_joint_rigid_and_free(clean: Recording) -> None:
@@ -87,6 +88,6 @@ def test_encoder_faults_leave_the_path_alone(clean: Recording) -> None:
 
 def test_each_fault_does_something(clean: Recording) -> None:
     for name, fault in FAULTS.items():
-        r = faulty(name, float(np.sqrt(fault.low * fault.high)), [1, 2] if name == "wiring" else [1])
+        r = faulty(name, float(fault.low**0.3 * fault.high**0.7), [1, 2] if name == "wiring" else [1])
         moved = np.abs(r.pose - clean.pose).max() if fault.stage == "body" else 0
         assert max(moved, np.abs(r.encoder_rad - clean.encoder_rad).max()) > 1e-3, name

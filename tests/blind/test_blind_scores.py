@@ -7,7 +7,9 @@ import pytest
 from blind.scores import calibration_error, confusion, figures, power, wilson
 
 
-def label(stratum: str, *effects: tuple[str, str, list[int] | None, dict[str, float]], size: float = 3.0) -> Any:
+def label(
+    stratum: str, *effects: tuple[str, str, list[int] | None, dict[str, float]], size: float = 3.0
+) -> Any:
     listed = [
         {"name": n, "stage": s, "joints": j, "values": v, "size": size} for n, s, j, v in effects
     ]  # fmt: skip
@@ -52,7 +54,10 @@ def table(*pairs: Any) -> dict[str, Any]:
 def test_a_perfect_answerer_meets_the_aims() -> None:
     both = answer("explained", "servo", (1, 3), ("encoder_offset", 1.0, (), {}), ("rate_limit", 1.0, (), {}))
     found = table(
-        *[(LIMIT, RIGHT)] * 4, (QUIET, answer("no_gap")), (UNKNOWN, answer("unexplained", "servo", (2,))), (PAIR, both)
+        *[(LIMIT, RIGHT)] * 4,
+        (QUIET, answer("no_gap")),
+        (UNKNOWN, answer("unexplained", "servo", (2,))),
+        (PAIR, both),
     )
     missed = [f.key for f in found.values() if f.met is False]
     assert missed == ["coverage"]  # all of 4 intervals hold: more than the 98 % that are allowed

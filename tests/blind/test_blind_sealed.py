@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,9 @@ def test_folders_are_alike_in_all_but_the_numbers(made: tuple[Path, str]) -> Non
     assert len(folders) == 4
     assert all(re.fullmatch("[0-9a-f]{12}", f.name) for f in folders)
     seen = {
-        tuple((f.name, f.stat().st_size, f.stat().st_mtime, f.stat().st_mode) for f in sorted(folder.iterdir()))
+        tuple(
+            (f.name, f.stat().st_size, f.stat().st_mtime, f.stat().st_mode) for f in sorted(folder.iterdir())
+        )
         for folder in folders
     }
     assert len(seen) == 1
@@ -62,7 +65,8 @@ def test_the_seal_needs_its_key_and_shows_tampering(made: tuple[Path, str], tmp_
     labels = unseal(sealed, key)
     assert set(labels["cases"]) == {f.name for f in (out / "cases").iterdir()}
     assert [label["stratum"] for label in labels["cases"].values()].count("no_gap") == 1
-    assert not list(out.rglob("*.key")) and not list(out.parent.glob("*.jsonl"))
+    assert not list(out.rglob("*.key"))
+    assert not list(out.parent.glob("*.jsonl"))
     assert key.stat().st_mode & 0o077 == 0
     everything = b"".join(f.read_bytes() for f in out.rglob("*") if f.is_file() and f.name != "plan.json")
     for effect in (e for label in labels["cases"].values() for e in label["effects"]):
@@ -78,16 +82,18 @@ def test_the_seal_needs_its_key_and_shows_tampering(made: tuple[Path, str], tmp_
 def test_same_seed_same_signals() -> None:
     first, second = (make_case("tune", 5, 0, 40) for _ in range(2))
     assert first.label == second.label
-    assert all(np.array_equal(a.encoder_rad, b.encoder_rad) for a, b in zip(first.runs, second.runs, strict=True))
+    assert all(
+        np.array_equal(a.encoder_rad, b.encoder_rad) for a, b in zip(first.runs, second.runs, strict=True)
+    )
 
 
 def test_sets_share_neither_seeds_nor_sizes() -> None:
     firsts = sorted(first for first, _ in SETS.values())
-    assert all(b - a >= 1_000_000 for a, b in zip(firsts, firsts[1:], strict=False))
+    assert all(b - a >= 1_000_000 for a, b in pairwise(firsts))
     assert SETS["score"][1] == (1.5, 3.0, 10.0)
     spans = [(0.97 * s, 1.03 * s) for _, sizes in SETS.values() for s in sizes]
     spans.sort()
-    assert all(a[1] < b[0] for a, b in zip(spans, spans[1:], strict=False))
+    assert all(a[1] < b[0] for a, b in pairwise(spans))
 
 
 def test_every_effect_and_stratum_is_met_in_a_full_set() -> None:

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+
 from blind.chain import Table
 from blind.faults import FAULTS, KNOWN, UNKNOWN, draw_joints
 from blind.robot import Parameters, Recording, Robot, gait_command, real_robot
@@ -64,12 +65,14 @@ class Case:
 def plan(number: int, cases: int, rng: np.random.Generator) -> tuple[str, tuple[str, ...]]:
     """Stratum and effects of the n-th of so many cases; names go round so that each is met."""
     quota = {s: round(share * cases) for s, share in STRATA.items()}
-    for stratum, count in quota.items():
+    stratum = "single"
+    for name, count in quota.items():
         if number < count:
+            stratum = name
             break
         number -= count
-    else:
-        return "single", (KNOWN[number % len(KNOWN)],)
+    if stratum == "single":
+        return stratum, (KNOWN[number % len(KNOWN)],)
     if stratum == "no_gap":
         return stratum, ()
     if stratum == "unknown":
@@ -187,7 +190,9 @@ def _put_in(
     faulty = onto.copy()
     values = fault.apply(faulty, at, magnitude, np.random.default_rng(choices))
     listed = None if joints is None else [int(j) + 1 for j in joints]
-    return faulty, Effect(name, fault.stage, listed, {k: float(v) for k, v in values.items()}, round(reached, 3))
+    return faulty, Effect(
+        name, fault.stage, listed, {k: float(v) for k, v in values.items()}, round(reached, 3)
+    )
 
 
 JOINT_COUNT = Parameters().joints.shape[1]

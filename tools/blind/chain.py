@@ -149,7 +149,9 @@ def _loop(
             target = held[j]
             if P[NATURAL, j] > 0.0:  # firmware that shapes the set-point, and a stiff loop behind it
                 f = P[NATURAL, j]
-                shaped_rate[j] += dt * (f * f * (target - shaped[j]) - 2.0 * P[DAMPING, j] * f * shaped_rate[j])
+                shaped_rate[j] += dt * (
+                    f * f * (target - shaped[j]) - 2.0 * P[DAMPING, j] * f * shaped_rate[j]
+                )
                 shaped[j] += dt * shaped_rate[j]
                 target = shaped[j]
             error = target - motor[j]
@@ -186,9 +188,7 @@ def _loop(
             applied[3 + j] += gear
             if P[MOUNT_W, j] > 0.0:
                 f = P[MOUNT_W, j]
-                mount_rate[j] += dt * (
-                    f * f * (P[MOUNT_GAIN, j] * gear - mount[j]) - 0.1 * f * mount_rate[j]
-                )
+                mount_rate[j] += dt * (f * f * (P[MOUNT_GAIN, j] * gear - mount[j]) - 0.1 * f * mount_rate[j])
                 mount[j] += dt * mount_rate[j]
         mj_step(m, d)
         t += dt

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from math import radians
 
 import numpy as np
+
 from blind.robot import JOINTS, LINKS, LOOP_LAG_S, NOMINAL_LAG_S, Parameters
 
 Truth = dict[str, float]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+
 from blind.scores import Pair, confusion, power, probabilities, wilson
 
 
@@ -25,7 +26,9 @@ def draw(pairs: Sequence[Pair], folder: Path) -> list[Path]:
 
     truths, said, table = confusion(pairs)
     plt.figure(figsize=(0.32 * len(said) + 3, 0.26 * len(truths) + 2))
-    plt.imshow(table / np.maximum(table.sum(axis=1, keepdims=True), 1), cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    plt.imshow(
+        table / np.maximum(table.sum(axis=1, keepdims=True), 1), cmap="Blues", vmin=0, vmax=1, aspect="auto"
+    )
     for i, j in zip(*np.nonzero(table), strict=True):
         dark = table[i, j] > 0.5 * table[i].sum()
         plt.text(j, i, table[i, j], ha="center", va="center", color="white" if dark else "black", fontsize=8)

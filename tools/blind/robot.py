@@ -9,13 +9,16 @@ from dataclasses import dataclass, field
 from math import radians
 
 import numpy as np
+
 from blind.chain import JOINT_ROWS, LINK_ROWS, Chain, Table
 
 LINKS = 6
 JOINTS = LINKS - 1
 COUNTS_PER_REV = 8192
 SETPOINT_STEP_RAD = 1e-4
-LOOP_LAG_S = -0.0005  # what rotor, load and wire add to the lag of the position loop, less what its integral takes
+LOOP_LAG_S = (
+    -0.0005
+)  # what rotor, load and wire add to the lag of the position loop, less what its integral takes
 
 # What the user's simulation believes, and what session.yaml says.
 NOMINAL_LINK = {"mass_kg": 1.43, "half_length_m": 0.08, "ct": 0.83, "cn": 51.9, "ct0": 0.49, "cn0": 2.33}
@@ -42,7 +45,9 @@ class Parameters:
         default_factory=lambda: np.array([[NOMINAL_LINK[row]] * LINKS for row in LINK_ROWS], dtype=float)
     )
     ground: Table = field(default_factory=lambda: np.array([0.0, 0.0, 10.0, 0.0, 0.0]))
-    mixing: Table = field(default_factory=lambda: np.eye(JOINTS))  # set-point that arrives = mixing @ commanded
+    mixing: Table = field(
+        default_factory=lambda: np.eye(JOINTS)
+    )  # set-point that arrives = mixing @ commanded
     latency_s: float = 0.0
     latency_jitter_s: float = 0.0
     loss: float = 0.0

@@ -96,7 +96,12 @@ def parameter_errors(pairs: Sequence[Pair]) -> tuple[list[float], list[bool]]:
         for cause in answer["causes"] if answer else ():
             for name, value in true.get(cause["effect"], {}).items():
                 found = cause["parameters"].get(name)
-                if found is None or name in ("link", "angle_deg") or found.get("fixed") or not found.get("ci95"):
+                if (
+                    found is None
+                    or name in ("link", "angle_deg")
+                    or found.get("fixed")
+                    or not found.get("ci95")
+                ):
                     continue
                 unit = 1.0 if name == "gain" or name.endswith("_scale") else 0.0
                 errors.append(abs(found["estimate"] - value) / max(abs(value - unit), 1e-12))
@@ -121,7 +126,9 @@ def calibration_error(p: np.ndarray, right: np.ndarray, bins: int = 10) -> float
     return float(sum(abs((right - p)[index == b].sum()) for b in range(bins)) / p.size)
 
 
-def _share(key: str, text: str, aim: str, least: float | None, most: float | None, hits: Sequence[bool]) -> Figure:
+def _share(
+    key: str, text: str, aim: str, least: float | None, most: float | None, hits: Sequence[bool]
+) -> Figure:
     if not hits:
         return Figure(key, text, aim, None, None, None, 0, None)
     value = sum(hits) / len(hits)
@@ -131,7 +138,13 @@ def _share(key: str, text: str, aim: str, least: float | None, most: float | Non
 
 
 def _statistic(
-    key: str, text: str, aim: str, most: float, data: Sequence[np.ndarray], of: Callable[..., float], least: bool = False
+    key: str,
+    text: str,
+    aim: str,
+    most: float,
+    data: Sequence[np.ndarray],
+    of: Callable[..., float],
+    least: bool = False,
 ) -> Figure:
     """A statistic of paired samples with a bootstrap interval; ``most`` is the least where ``least``."""
     n = len(data[0])
@@ -140,7 +153,9 @@ def _statistic(
     value, rng = of(*data), np.random.default_rng(0)
     draws = [of(*(d[i] for d in data)) for i in (rng.integers(n, size=n) for _ in range(500))]
     low, high = np.quantile(draws, [0.025, 0.975])
-    return Figure(key, text, aim, value, float(low), float(high), n, value >= most if least else value <= most)
+    return Figure(
+        key, text, aim, value, float(low), float(high), n, value >= most if least else value <= most
+    )
 
 
 def figures(pairs: Sequence[Pair], oracle: dict[int, float] | None = None) -> list[Figure]:
@@ -177,8 +192,8 @@ def figures(pairs: Sequence[Pair], oracle: dict[int, float] | None = None) -> li
         ),
         _share("coverage", "coverage of 95 % intervals", "90-98 %", 0.9, 0.98, covered),
         _share("false_alarms", "false alarms, no gap", "<= 2 %", None, 0.02, [has_cause_or_gap(a) for _, a in quiet]),
-        _share("unknown", "unknown >= 3x called unexplained", ">= 85 %", 0.85, None, [unexplained(a) for _, a in unknown]),
-        _share("wrongly", "known >= 3x called unexplained", "<= 5 %", None, 0.05, [unexplained(a) for _, a in plain]),
+        _share("unknown", "unknown >= 3x: unexplained", ">= 85 %", 0.85, None, [unexplained(a) for _, a in unknown]),
+        _share("wrongly", "known >= 3x: unexplained", "<= 5 %", None, 0.05, [unexplained(a) for _, a in plain]),
         _share(
             "left_out", "left out >= 3x: unexplained or p < 0.5", ">= 85 %", 0.85, None,
             [caught_left_out(a) for _, a in left_out],
@@ -201,7 +216,12 @@ def figures(pairs: Sequence[Pair], oracle: dict[int, float] | None = None) -> li
     )
     rows.append(
         _statistic(
-            "oracle", "closure lost against the oracle, median", "<= 0.03", 0.03, [gaps], lambda x: float(np.median(x))
+            "oracle",
+            "closure lost against the oracle, median",
+            "<= 0.03",
+            0.03,
+            [gaps],
+            lambda x: float(np.median(x)),
         )
     )
     return rows

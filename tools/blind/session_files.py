@@ -9,6 +9,7 @@ import os
 from pathlib import Path
 
 import numpy as np
+
 from blind.cases import Case
 from blind.robot import COUNTS_PER_REV, JOINTS, LINKS, NOMINAL_LAG_S, NOMINAL_LINK, Recording
 

@@ -36,6 +36,16 @@ class BoardClock:
         """Add one round trip; ``board_us`` is unwrapped."""
         self._trips.append((answered_s - sent_s, (sent_s + answered_s) / 2, board_us))
 
+    def _trusted(self) -> list[tuple[float, float, int]]:
+        """The shortest round trips; where they crowd together, the shortest of each part of the window instead."""
+        best = sorted(self._trips)[:_TRUSTED]
+        trips = list(self._trips)
+        crowded = max(mid for _, mid, _ in best) - min(mid for _, mid, _ in best) < 1.0
+        if not crowded or trips[-1][1] - trips[0][1] < 1.0:
+            return best
+        part = -(-len(trips) // _TRUSTED)
+        return [min(trips[start : start + part]) for start in range(0, len(trips), part)]
+
     def estimate(self) -> tuple[float, float] | None:
         """(offset in s of board time zero on the host's clock, drift of the board's clock in ppm), or None.
 
@@ -43,7 +53,7 @@ class BoardClock:
         """
         if not self._trips:
             return None
-        best = sorted(self._trips)[:_TRUSTED]
+        best = self._trusted()
         host = [mid for _, mid, _ in best]
         board = [us * 1e-6 for *_, us in best]
         mean_host, mean_board = sum(host) / len(host), sum(board) / len(board)

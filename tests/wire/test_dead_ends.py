@@ -89,11 +89,14 @@ def disconnect(how: Callable[[Bench], None], at_s: float, seed: int, recorder: A
         ended = bench.loop.run().ended
     except EXPECTED[how] as error:
         ended = type(error).__name__
-        if isinstance(error, SnakebotError):
-            assert error.exit_status == STATUS[type(error)]
-            assert len(str(error).splitlines()) == 1
+        fault: BaseException = error
     else:
+        fault = Killed()
         assert how is terminated, f"{how.__name__} went unnoticed"
+        assert how is terminated, f"{how.__name__} went unnoticed"
+    if isinstance(fault, SnakebotError):
+        assert fault.exit_status == STATUS[type(fault)]
+        assert len(str(fault).splitlines()) == 1
     bench.link.before = None
     assert happened, "nothing happened"
     bench.rest_of_life(max(0.0, happened[0] + WATCHDOG_S - bench.clock.now_s()))

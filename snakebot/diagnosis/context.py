@@ -17,7 +17,7 @@ from snakebot.diagnosis.data import Data
 from snakebot.diagnosis.floor import Floor, noise_floor
 from snakebot.diagnosis.folds import Fold, folds
 from snakebot.diagnosis.score import LAG_TOLERANCE, Scale
-from snakebot.diagnosis.simulate import Simulator
+from snakebot.diagnosis.simulate import Simulator, smoothed
 from snakebot.effects.observed import Observed
 from snakebot.effects.spec import EffectSpec
 
@@ -161,7 +161,8 @@ def make_context(data: Data, known: Mapping[str, float], seed: int) -> Context:
     if measured is not None:
         stages = simulator.stages(())
         assert stages.model is not None
-        spread = ground_motion.tolerance_square(measured, data, simulator.smooth, stages.model)
+        noisier = _noisier(data, simulator, floor)
+        spread = ground_motion.tolerance_square(measured, data, simulator.smooth, noisier, stages.model)
         allowed = measured.floor_square + spread
     return Context(
         data=data,
@@ -176,6 +177,15 @@ def make_context(data: Data, known: Mapping[str, float], seed: int) -> Context:
         known=known,
         seed=seed,
     )
+
+
+def _noisier(data: Data, simulator: Simulator, floor: Floor) -> list[Floats]:
+    """Measured angles with as much white noise again as they have already, smoothed as for a replay."""
+    rng = np.random.default_rng(0)
+    return [
+        smoothed(run.t_s, angle + rng.normal(size=angle.shape) * floor.white_rad)
+        for run, angle in zip(data.runs, simulator.measured, strict=True)
+    ]
 
 
 def _with_lag(data: Data, simulator: Simulator, factor: float) -> list[Floats]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 GAP_SE = 3.0
-GAP_SIZE = 1.0  # mean square over the allowed one, above which a gap is one
+GAP_SIZE = 1.3  # mean square over the allowed one, above which a gap is one: the floor is an estimate itself
 LEAST_SHARE = 0.05  # of the gap, for a joint to be named
 
 

@@ -199,10 +199,21 @@ def whole_angles(data: Data) -> list[Floats]:
     return out
 
 
-def tolerance_square(ground: Ground, data: Data, angle_rad: Sequence[Floats], model: ChainModel) -> Floats:
-    """(F,) squared change of the features when friction and mass are off by their tolerance."""
+def tolerance_square(
+    ground: Ground, data: Data, angle_rad: Sequence[Floats], noisier_rad: Sequence[Floats], model: ChainModel
+) -> Floats:
+    """(F,) squared change of the features by all that is not known well enough.
+
+    Friction and mass are off by their tolerance; the readings have noise (``noisier_rad`` are the angles with as
+    much of it again, which shakes the simulated body as much again); and of a lone speed nobody says over which
+    span it was taken.
+    """
     base = predicted(ground, data, angle_rad, model)
-    total = np.zeros(ground.count)
+    total = np.square(predicted(ground, data, noisier_rad, model) - base)
+    for spans in (0.25, 0.4):
+        other = replace(ground, windows=tuple(_other_span(data, window, spans) for window in ground.windows))
+        if other.windows != ground.windows:
+            total += 0.5 * np.square(predicted(other, data, angle_rad, model) - base)
     grip, rub, mass = 1 + FRICTION_TOLERANCE, 1 + FRICTION_TOLERANCE, 1 + MASS_TOLERANCE
     for changed in (
         replace(model, ct=model.ct * rub, ct0=model.ct0 * rub),
@@ -211,6 +222,14 @@ def tolerance_square(ground: Ground, data: Data, angle_rad: Sequence[Floats], mo
     ):
         total += np.square(predicted(ground, data, angle_rad, changed) - base)
     return np.nan_to_num(total)
+
+
+def _other_span(data: Data, window: Window, start: float) -> Window:
+    """Another span that a speed may have been taken over: from a share of the run to its end."""
+    if not window.speed_only:
+        return window
+    end = data.runs[window.run].duration_s
+    return replace(window, start_s=start * end, end_s=end if start < 0.3 else 0.9 * end)
 
 
 def _floor(data: Data, windows: list[Window], value: Floats, kind: Ints, of: Ints) -> tuple[Floats, bool]:

@@ -69,3 +69,25 @@ def test_stages_agree_with_the_library() -> None:
     from snakebot.effects import effects
 
     assert {n: FAULTS[n].stage for n in KNOWN} == {n: effects()[n].stage for n in KNOWN}
+
+
+def test_the_answering_process_is_refused_labels_and_key(root: Path, tmp_path: Path) -> None:
+    from importlib.machinery import SourceFileLoader
+    from importlib.util import module_from_spec, spec_from_loader
+
+    loader = SourceFileLoader("blind_answer", str(root / "tools" / "blind" / "answer"))
+    spec = spec_from_loader("blind_answer", loader)
+    assert spec is not None
+    answer = module_from_spec(spec)
+    loader.exec_module(answer)
+    tried = answer.GUARD.replace("from snakebot.cli.main import main\nmain()", "print(open(sys.argv[1]).read())")
+    (tmp_path / "set").mkdir()
+    for name in ("set/labels.sealed", "set.key", "elsewhere"):
+        (tmp_path / name).write_text("secret")
+        words = [sys.executable, "-c", tried, str(tmp_path / "set"), str(tmp_path / name)]
+        done = subprocess.run(words, capture_output=True, text=True)
+        if name == "elsewhere":
+            assert done.stdout.strip() == "secret"
+        else:
+            assert "not for the one who answers" in done.stderr
+            assert "secret" not in done.stdout

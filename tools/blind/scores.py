@@ -211,9 +211,8 @@ def figures(pairs: Sequence[Pair], oracle: dict[int, float] | None = None) -> li
             lambda x: float(np.median(x)), least=True,
         ),
     ]  # fmt: skip
-    gaps = np.array(
-        [v - c for i, v in (oracle or {}).items() if (c := _closed(pairs[i][1])) is not None], dtype=float
-    )
+    lost = [w - mine for i, w in (oracle or {}).items() if (mine := _closed(pairs[i][1])) is not None]
+    gaps = np.array(lost, dtype=np.float64)
     rows.append(
         _statistic(
             "oracle",
@@ -228,7 +227,8 @@ def figures(pairs: Sequence[Pair], oracle: dict[int, float] | None = None) -> li
 
 
 def _closed(answer: Answer | None) -> float | None:
-    return None if answer is None else answer["closure"]["joint_angle"]["closed"]
+    closed: float | None = None if answer is None else answer["closure"]["joint_angle"]["closed"]
+    return closed
 
 
 def power(pairs: Sequence[Pair]) -> dict[str, dict[str, tuple[int, int]]]:

@@ -20,7 +20,7 @@ SCHEMA = "snakebot.calibration/1"
 
 HIGHEST, LOWEST = 0.99, 0.01
 ONE_MOTION_AT_MOST = 0.5  # nothing could be held out: never more than a guess
-FEATURES = ("lead", "rest", "closed", "single_rival", "motions")
+FEATURES = ("lead", "rest", "closed", "rivals", "motions")
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,11 @@ def main() -> int:
             return 2
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
-    sources = [*FIRMWARE.glob("core/*.c"), *FIRMWARE.glob("core/generated/*.c"), *FIRMWARE.glob("port/model/*.c")]
+    sources = [
+        *FIRMWARE.glob("core/*.c"),
+        *FIRMWARE.glob("core/generated/*.c"),
+        *FIRMWARE.glob("port/model/*.c"),
+    ]
     sources.append(FIRMWARE / "port/bench/bench.c")
     for source in sources:
         flags = ["-std=c11", "-O0", "-g", "--coverage", "-fPIC", f"-I{FIRMWARE}", f"-I{FIRMWARE / 'core'}"]
@@ -36,7 +40,12 @@ def main() -> int:
     subprocess.run(
         ["cc", "--coverage", "-shared", "-o", str(library), *map(str, OUT.glob("*.o")), "-lm"], check=True
     )
-    tests = ["tests/firmware", "tests/conformance/test_conformance.py", "-k", "core or both_boards or limiter_in_c"]
+    tests = [
+        "tests/firmware",
+        "tests/conformance/test_conformance.py",
+        "-k",
+        "core or both_boards or limiter_in_c",
+    ]
     pytest = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests]
     subprocess.run(pytest, cwd=ROOT, env={**os.environ, "SNAKEBOT_CORE_LIBRARY": str(library)}, check=True)
 
@@ -46,7 +55,9 @@ def main() -> int:
     found = json.loads(report.read_text(encoding="utf-8"))
     covered, total = found["branch_covered"], found["branch_total"]
     percent = 100.0 * covered / total
-    print(f"core: {percent:.1f} % of {total} branches, {found['line_percent']:.1f} % of {found['line_total']} lines")
+    print(
+        f"core: {percent:.1f} % of {total} branches, {found['line_percent']:.1f} % of {found['line_total']} lines"
+    )
     return 0 if percent > WANTED_PERCENT else 1
 
 

@@ -107,7 +107,10 @@ def main() -> None:
 
     graph, pushed, indirect = calls(run(f"{options.cross}objdump", "-d", str(options.image)))
     compiled = frames(options.folder)
-    cost = {name: max(compiled.get(base(name), 0), 0 if base(name) in compiled else pushed[name]) for name in graph}
+    cost = {
+        name: max(compiled.get(base(name), 0), 0 if base(name) in compiled else pushed[name])
+        for name in graph
+    }
     reached = deepest(graph, cost, "main")
     if indirect & set(graph):
         sys.exit(f"calls through a pointer: {', '.join(sorted(indirect))}")
@@ -119,7 +122,9 @@ def main() -> None:
         for line in run(f"{options.cross}size", str(path)).splitlines()[1:]
     )
     print(f"flash {flash} bytes (core without the generated codec and libraries: {core}), RAM {ram} bytes")
-    print(f"worst stack {reached[0] + interrupt} bytes: {reached[0]} below main, {interrupt} for an interrupt on top")
+    print(
+        f"worst stack {reached[0] + interrupt} bytes: {reached[0]} below main, {interrupt} for an interrupt on top"
+    )
     print("deepest: " + " -> ".join(reached[1]))
 
 

@@ -111,3 +111,21 @@ def test_wilson_interval() -> None:
 def test_calibration_error_by_hand() -> None:
     p, right = np.array([0.95, 0.95, 0.55, 0.55]), np.array([1.0, 1.0, 1.0, 0.0])
     assert calibration_error(p, right) == pytest.approx((2 * 0.05 + 2 * 0.05) / 4)
+
+
+def test_features_tell_an_offset_from_a_late_servo() -> None:
+    from blind.features import run_features
+    from blind.robot import gait_command
+
+    t = np.arange(500) / 50
+    command = gait_command(t, 0.5, 1.4, 2.0)
+    pose = np.zeros((t.size, 3))
+    plain = np.zeros_like(command)
+    for i in range(1, t.size):
+        plain[i] = command[i - 1] + (plain[i - 1] - command[i - 1]) * np.exp(-0.02 / 0.03)
+    offset = run_features(t, command, plain + 0.1, pose)
+    late = run_features(t, command, np.roll(plain, 2, axis=0), pose)
+    assert offset[0] == pytest.approx(0.1)
+    assert late[0] == pytest.approx(0.0, abs=0.01)
+    assert late[3] == pytest.approx(0.04, rel=0.2)  # two samples
+    assert offset[3] == pytest.approx(0.0, abs=0.005)

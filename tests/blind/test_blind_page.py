@@ -1,0 +1,40 @@
+"""docs/blind-check.md names scripts and options that are there; ``test_blind_reduced`` runs the same commands."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+
+def test_commands_of_the_page_exist(root: Path) -> None:
+    text = (root / "docs" / "blind-check.md").read_text(encoding="utf-8")
+    commands = [line.split("#")[0].split() for line in text.splitlines() if line.startswith("    ")]
+    assert {words[0] for words in commands} >= {"make", "tools/blind/make", "tools/blind/answer", "tools/blind/score"}
+    helps: dict[str, str] = {}
+    for script, *words in commands:
+        if script == "make":
+            plan = subprocess.run(["make", "-n", *words], cwd=root, capture_output=True, text=True)
+            assert plan.returncode == 0
+            assert "tools/blind/score" in plan.stdout
+            continue
+        if script not in helps:
+            done = subprocess.run(
+                [sys.executable, str(root / script), "--help"], capture_output=True, text=True, check=True
+            )
+            helps[script] = done.stdout
+        for word in words:
+            if word.startswith("--"):
+                assert re.search(rf"{word}\b", helps[script]), f"{script} {word}"
+
+
+def test_sizes_and_shares_are_those_of_the_code(root: Path) -> None:
+    from blind.cases import DURATION_S, GAITS, RATE_HZ, SETS, STRATA
+    from blind.scores import PLAIN
+
+    text = (root / "docs" / "blind-check.md").read_text(encoding="utf-8")
+    assert (GAITS, DURATION_S, RATE_HZ) == (5, 10.0, 50.0)
+    assert "five gaits of 10 s at 50 Hz" in text
+    assert SETS["score"][1] == (1.5, 3.0, 10.0)
+    assert "1.5, 3 or 10" in text
+    assert STRATA == {"no_gap": 0.2, "unknown": 0.12, "pair": 0.12, "left_out": 0.12}
+    assert f"{PLAIN} floors" in text

@@ -45,14 +45,6 @@ class BlockMap:
             total += np.bincount(blocks[used], weights=np.square(r[used]), minlength=self.count)
         return total / self.samples
 
-    def joint_mean_square(self, residual: Floats, joint: int, run: int) -> tuple[Ints, Floats]:
-        """Blocks and their mean squares of one joint in one run."""
-        blocks = self.of_sample[run][:, joint]
-        used = blocks >= 0
-        total = np.bincount(blocks[used], weights=np.square(residual[used]), minlength=self.count)
-        mine = np.unique(blocks[used])
-        return mine, total[mine] / self.samples[mine]
-
 
 def block_map(data: Data) -> BlockMap:
     """Number the blocks of all runs and joints."""

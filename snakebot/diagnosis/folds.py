@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from snakebot.diagnosis.data import Data
 
@@ -41,11 +40,6 @@ def folds(data: Data, most: int = MOST_FOLDS) -> tuple[Fold, ...]:
             )
         )
     return tuple(made)
-
-
-def halves(data: Data) -> tuple[NDArray[np.bool_], ...]:
-    """Per run (N,): True in its first half. The poor substitute for folds when there is but one motion."""
-    return tuple(run.t_s < run.t_s[-1] / 2 for run in data.runs)
 
 
 def _speed(data: Data, motion: int) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,10 +54,6 @@ class Term:
             self.effect, {name: numbers[name] for name in order if name in numbers}, self.joints
         )
 
-    def touches(self, joint: int) -> bool:
-        """Whether it acts on a 1-based joint."""
-        return self.joints is None or joint in self.joints
-
 
 @dataclass(frozen=True)
 class Hypothesis:
@@ -100,12 +96,6 @@ class Hypothesis:
             if term.stage != "body":
                 found |= set(range(1, count + 1) if term.joints is None else term.joints)
         return tuple(sorted(found))
-
-    def on(self, joint: int) -> Hypothesis:
-        """The same effects as they act on one joint alone (1-based)."""
-        return Hypothesis(
-            tuple(replace(t, joints=(joint,)) if t.joints is not None else t for t in self.terms)
-        )
 
     def __str__(self) -> str:
         def one(term: Term) -> str:

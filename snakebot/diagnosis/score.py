@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from snakebot.diagnosis.blocks import BlockMap, Difference, mean_difference
+from snakebot.diagnosis.blocks import BlockMap
 
 Floats = NDArray[np.float64]
 
@@ -40,17 +40,3 @@ class Scale:
     @property
     def square(self) -> Floats:
         return self.floor_square + self.tolerance_square
-
-    def score(self, mean_square: Floats) -> Floats:
-        """(B,) score of each block; zero is perfect, the noise floor itself scores -0.35."""
-        return np.asarray(-0.5 * np.log1p(mean_square / self.square))
-
-
-def gain(better: Floats, worse: Floats, scale: Scale, rows: NDArray[np.bool_] | None = None) -> Difference:
-    """Held-out score of one explanation over another's, from mean squares (B,) each; ``rows`` selects blocks."""
-    difference = scale.score(better) - scale.score(worse)
-    run = scale.blocks.run
-    # neighbouring blocks of one run, over all joints, are one cluster
-    if rows is not None:
-        difference, run = difference[rows], run[rows]
-    return mean_difference(difference, run)

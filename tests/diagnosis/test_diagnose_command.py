@@ -102,6 +102,10 @@ def test_the_commands_in_the_documentation_are_understood(
     text = (Path(__file__).parents[2] / "docs" / "diagnosis.md").read_text(encoding="utf-8")
     lines = [line for line in text.splitlines() if line.startswith("snakebot diagnose my_session")]
     assert len(lines) == 3
+    for line in text.splitlines():
+        if line.startswith("snakebot diagnose --live"):
+            with command.make_context("diagnose", line.split()[2:]) as context:
+                assert context.params["live"]
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my_session").symlink_to(folder)
     for line in lines:

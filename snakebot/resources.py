@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 
 from snakebot.errors import BadInputError
@@ -22,12 +23,13 @@ def config_path(kind: str, source: str | Path) -> Path:
         BadInputError: neither exists; the line lists the names that do.
     """
     given = Path(source)
-    if given.is_file():
-        return given
     folder = configs_root() / kind
     ours = folder / f"{given.name.removesuffix('.yaml')}.yaml"
     bare = len(given.parts) == 1 or given.parts[:-1] == ("configs", kind)
-    if bare and ours.is_file():
-        return ours
+    with contextlib.suppress(OSError):  # a name that is too long for a file
+        if given.is_file():
+            return given
+        if bare and ours.is_file():
+            return ours
     known = ", ".join(sorted(path.stem for path in folder.glob("*.yaml")))
     raise BadInputError(f"{source}: no such file, nor one of the {kind} that come with snakebot ({known})")

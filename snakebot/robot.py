@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from snakebot.errors import BadInputError
 from snakebot.resources import config_path
+from snakebot.safe_yaml import load_yaml
 
 MAX_LINKS = 32
 MAX_WIRE_JOINTS = 16  # more joints can be simulated, but not driven over the protocol
@@ -208,9 +209,7 @@ def load_robot(source: str | Path) -> Robot:
     """
     path = config_path("robots", source)
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+        data = load_yaml(path.read_bytes(), str(path))
     except OSError as error:
         raise BadInputError(f"{path}: cannot read the robot description: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise BadInputError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
     return robot_from_mapping(data, str(path))

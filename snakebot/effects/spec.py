@@ -227,17 +227,14 @@ def load_effect_set(source: str | Path, robot: Robot | None = None) -> tuple[Eff
     Raises:
         BadInputError: no such file, not YAML, or an effect in it is wrong; the line names the file.
     """
-    import yaml
-
     from snakebot.resources import config_path
+    from snakebot.safe_yaml import load_yaml
 
     path = config_path("effects", source)
     try:
-        data: Any = yaml.safe_load(path.read_text(encoding="utf-8"))
+        data: Any = load_yaml(path.read_bytes(), str(path))
     except OSError as error:
         raise BadInputError(f"{path}: cannot read the effects: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise BadInputError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
     listed = data.get("effects") if isinstance(data, Mapping) else None
     if (
         not isinstance(listed, Sequence)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import yaml
-
 from snakebot.errors import BadInputError
 from snakebot.gait.wave import Gait
 from snakebot.resources import config_path
+from snakebot.safe_yaml import load_yaml
 
 _KEYS = ("alpha_deg", "beta_deg", "omega_rad_s", "offset_deg")
 
@@ -21,11 +20,9 @@ def load_gait(source: str | Path) -> Gait:
     """
     path = config_path("gaits", source)
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+        data = load_yaml(path.read_bytes(), str(path))
     except OSError as error:
         raise BadInputError(f"{path}: cannot read the gait: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise BadInputError(f"{path}: not YAML: {' '.join(str(error).split())}") from None
     if not isinstance(data, dict):
         raise BadInputError(f"{path}: a gait is a mapping with {', '.join(_KEYS[:3])}")
     for key, value in data.items():

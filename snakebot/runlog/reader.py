@@ -34,7 +34,7 @@ from snakebot.runlog.container import Container
 from snakebot.runlog.finish import merge_metadata
 from snakebot.runlog.log import RunLog
 from snakebot.runlog.records import Event, RawFrame
-from snakebot.runlog.safe_yaml import load_yaml
+from snakebot.safe_yaml import load_yaml
 
 MAX_NAMES = 1024  # of counters or readings: one message is one array cell for each
 

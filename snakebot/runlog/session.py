@@ -17,8 +17,8 @@ from snakebot.robot import Robot, robot_from_mapping
 from snakebot.runlog.log import gait_from_mapping
 from snakebot.runlog.reader import LogWarning
 from snakebot.runlog.run import Run, Session
-from snakebot.runlog.safe_yaml import load_yaml
 from snakebot.runlog.table import TABLE_SUFFIXES, Table, read_table
+from snakebot.safe_yaml import load_yaml
 
 SESSION_FILE = "session.yaml"
 MAX_RUNS = 10_000

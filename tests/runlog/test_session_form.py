@@ -17,7 +17,7 @@ from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.runlog import LogWarning, Run, open_run, open_runs, open_session, read_session, write_session
 from snakebot.runlog.repeats import mark_repeats
-from snakebot.runlog.safe_yaml import load_yaml
+from snakebot.safe_yaml import load_yaml
 
 ONE_JOINT = "robot: {joints: 1}\nruns:\n  - {file: run.csv}\n"
 ROWS = "t_s,cmd_1_rad,enc_1_rad\n0.0,0.1,0.2\n0.01,0.3,0.4\n"

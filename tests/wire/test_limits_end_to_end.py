@@ -103,7 +103,7 @@ def check_limits(
     assert ((change <= allowed) | at_end).all(), f"acceleration: {(change - allowed)[~at_end].max()}"
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(robots, gaits, happenings, faults, st.integers(0, 1000), st.booleans())
 def test_nothing_sent_and_nothing_executed_breaks_a_limit(
     description: dict[str, Any], gait: Gait, events: list[Any], broken: list[Any], seed: int, bad_wire: bool

@@ -23,6 +23,7 @@ def load_yaml(data: bytes | str, where: str) -> Any:
         raise BadInputError(f"{where}: larger than {MAX_BYTES >> 20} MiB; not read")
     try:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
+        _check_depth(text)
         node = yaml.compose(text, Loader=yaml.SafeLoader)
         if node is None:
             return None
@@ -37,6 +38,15 @@ def load_yaml(data: bytes | str, where: str) -> Any:
         raise BadInputError(f"{where}: not YAML: {' '.join(str(error).split())}") from None
     except RecursionError:
         raise BadInputError(f"{where}: nested too deep; not read") from None
+
+
+def _check_depth(text: str) -> None:
+    """Stop at the first thing nested too deep: the parser's time grows with the square of the depth."""
+    depth = 0
+    for event in yaml.parse(text, Loader=yaml.SafeLoader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > MAX_DEPTH:
+            raise RecursionError
 
 
 def _written_out(node: Any, sizes: dict[int, int], depth: int) -> int:

@@ -1,7 +1,7 @@
 """Simulated sessions with a known cause, for tuning, calibrating and timing the diagnosis.
 
-The robot that is measured is never the nominal one: lag, mass and friction are off by a few per cent and its encoders are
-noisy, with a cause or without. Sets are told apart by their seeds: see ``SETS``.
+The robot that is measured is never the nominal one: lag, mass and friction are off by a few per cent and its
+encoders are noisy, with a cause or without. Sets are told apart by their seeds: see ``SETS``.
 """
 
 from __future__ import annotations

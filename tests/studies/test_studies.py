@@ -296,3 +296,37 @@ def test_the_commands_print_json_and_write_parquet_and_figures(
         kinds = {Path(path).suffix for path in result["files"]}
         assert kinds == {".parquet", ".png", ".svg"}
         assert all(Path(path).stat().st_size > 500 and name in path for path in result["files"])
+
+
+def test_dissipation_of_a_logged_run_agrees_with_the_simulation(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """At steady state power in equals power lost; 0.68 W is the reference value of penn_state at (66, 80, 2)."""
+    from snakebot.cli.main import main
+
+    monkeypatch.chdir(tmp_path)
+    run = [
+        "run",
+        "--alpha",
+        "66",
+        "--beta",
+        "80",
+        "--omega",
+        "2",
+        "--cycles",
+        "5",
+        "--fast",
+        "--log",
+        "run.mcap",
+    ]
+    for arguments in (run, ["study", "dissipation", "run.mcap", "--json"]):
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as ended:
+            main(arguments)
+        assert ended.value.code == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["power_dissipated_w"] == pytest.approx(0.68, rel=0.05)
+    assert result["speed_m_s"] == pytest.approx(0.137, rel=0.02)
+    with pytest.raises(SystemExit) as ended:
+        main(["study", "dissipation", "run.mcap", "--speed", "nan"])
+    assert ended.value.code == 2

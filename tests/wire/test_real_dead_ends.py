@@ -1,0 +1,137 @@
+"""Real processes and a real pseudo-terminal: hosts stopped, killed and hung up, and a board that goes away."""
+
+from __future__ import annotations
+
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from firmware_protocol.catalogue import Mode
+from snakebot.board import Board
+from snakebot.clock import MonotonicClock
+from snakebot.links.opening import open_link
+from snakebot.runlog import open_run
+
+pytestmark = pytest.mark.slow
+
+SNAKEBOT = [sys.executable, "-m", "snakebot.cli.main"]
+GAIT = ["--alpha", "40", "--beta", "60", "--omega", "2", "--duration", "60"]
+
+
+@pytest.fixture
+def board() -> Iterator[tuple[subprocess.Popen[str], str]]:
+    process = subprocess.Popen([*SNAKEBOT, "board", "sim", "--tcp", "0"], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    yield process, process.stdout.readline().strip().removeprefix("--port ")
+    process.kill()
+    process.wait()
+
+
+def run(port: str, log: Path, **how: object) -> subprocess.Popen[bytes]:
+    host = subprocess.Popen(
+        [*SNAKEBOT, "run", "--port", port, *GAIT, "--log", str(log)],
+        stderr=subprocess.PIPE, stdout=subprocess.PIPE, **how,
+    )  # type: ignore[call-overload]  # fmt: skip
+    deadline = time.monotonic() + 60
+    while mode(port) is not Mode.ARMED:
+        assert host.poll() is None, host.stderr.read()
+        assert time.monotonic() < deadline, "the run did not start"
+    time.sleep(1.0)
+    return host
+
+
+def mode(port: str) -> Mode | None:
+    """Seen by a second host, which listens only."""
+    link = open_link(port)
+    try:
+        listener = Board(link, MonotonicClock())
+        listener.connect()
+        return listener.mode
+    finally:
+        link.close()
+
+
+def safe(port: str) -> bool:
+    """Within 0.1 s of the board's time; the listener's handshake takes longer than that."""
+    return mode(port) in (Mode.FAULT, Mode.STOPPED, Mode.DISARMED)
+
+
+def test_kill_9(board: tuple[subprocess.Popen[str], str], tmp_path: Path) -> None:
+    host = run(board[1], tmp_path / "a.mcap")
+    host.kill()
+    host.wait()
+    time.sleep(0.1)
+    assert safe(board[1])
+    (log,) = tmp_path.glob("a.mcap*")
+    assert len(open_run(log).t_s) > 20
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_signals_ramp_down(number: int, board: tuple[subprocess.Popen[str], str], tmp_path: Path) -> None:
+    host = run(board[1], tmp_path / "a.mcap")
+    host.send_signal(number)
+    _, said = host.communicate(timeout=30)
+    assert b"Traceback" not in said
+    assert host.returncode == 130, said
+    assert mode(board[1]) is Mode.DISARMED
+    assert len(open_run(tmp_path / "a.mcap").t_s) > 50
+
+
+def test_stopped_for_two_seconds(board: tuple[subprocess.Popen[str], str], tmp_path: Path) -> None:
+    host = run(board[1], tmp_path / "a.mcap")
+    host.send_signal(signal.SIGSTOP)
+    time.sleep(0.2)
+    assert mode(board[1]) is Mode.FAULT
+    time.sleep(1.8)
+    host.send_signal(signal.SIGCONT)
+    _, said = host.communicate(timeout=30)
+    assert host.returncode in (4, 5, 7), said
+    assert b"Traceback" not in said
+    assert len(open_run(tmp_path / "a.mcap").t_s) > 20
+
+
+def test_a_board_that_goes_away(board: tuple[subprocess.Popen[str], str], tmp_path: Path) -> None:
+    host = run(board[1], tmp_path / "a.mcap")
+    board[0].kill()
+    _, said = host.communicate(timeout=30)
+    assert host.returncode == 4, said
+    assert b"Traceback" not in said
+    assert len(open_run(tmp_path / "a.mcap").t_s) > 20
+
+
+def test_a_terminal_that_is_closed(board: tuple[subprocess.Popen[str], str], tmp_path: Path) -> None:
+    master, slave = pty.openpty()
+    host = subprocess.Popen(
+        [*SNAKEBOT, "run", "--port", board[1], *GAIT, "--log", str(tmp_path / "a.mcap")],
+        stdin=slave, stdout=slave, stderr=slave, start_new_session=True,
+        preexec_fn=lambda: __import__("fcntl").ioctl(0, __import__("termios").TIOCSCTTY, 0),
+    )  # fmt: skip
+    os.close(slave)
+    deadline = time.monotonic() + 60
+    while mode(board[1]) is not Mode.ARMED:
+        assert time.monotonic() < deadline
+    time.sleep(1)
+    os.close(master)
+    host.wait(30)
+    assert safe(board[1])
+    assert len(open_run(tmp_path / "a.mcap").t_s) > 20
+
+
+def test_a_second_host_is_refused_and_told_who_holds_the_board(
+    board: tuple[subprocess.Popen[str], str], tmp_path: Path
+) -> None:
+    host = run(board[1], tmp_path / "a.mcap")
+    second = subprocess.run([*SNAKEBOT, "run", "--port", board[1], *GAIT], capture_output=True, text=True)
+    assert second.returncode == 5, second.stderr
+    assert "holds it" in second.stderr
+    stop = subprocess.run([*SNAKEBOT, "stop", board[1]], capture_output=True, text=True)
+    _, said = host.communicate(timeout=30)
+    assert host.returncode == 5, (said, stop.stderr)
+    assert b"emergency stop" in said

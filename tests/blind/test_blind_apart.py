@@ -80,7 +80,9 @@ def test_the_answering_process_is_refused_labels_and_key(root: Path, tmp_path: P
     assert spec is not None
     answer = module_from_spec(spec)
     loader.exec_module(answer)
-    tried = answer.GUARD.replace("from snakebot.cli.main import main\nmain()", "print(open(sys.argv[1]).read())")
+    tried = answer.GUARD.replace(
+        "from snakebot.cli.main import main\nmain()", "print(open(sys.argv[1]).read())"
+    )
     (tmp_path / "set").mkdir()
     for name in ("set/labels.sealed", "set.key", "elsewhere"):
         (tmp_path / name).write_text("secret")

@@ -9,7 +9,12 @@ from pathlib import Path
 def test_commands_of_the_page_exist(root: Path) -> None:
     text = (root / "docs" / "blind-check.md").read_text(encoding="utf-8")
     commands = [line.split("#")[0].split() for line in text.splitlines() if line.startswith("    ")]
-    assert {words[0] for words in commands} >= {"make", "tools/blind/make", "tools/blind/answer", "tools/blind/score"}
+    assert {words[0] for words in commands} >= {
+        "make",
+        "tools/blind/make",
+        "tools/blind/answer",
+        "tools/blind/score",
+    }
     helps: dict[str, str] = {}
     for script, *words in commands:
         if script == "make":

@@ -131,7 +131,10 @@ def test_a_second_host_is_refused_and_told_who_holds_the_board(
     second = subprocess.run([*SNAKEBOT, "run", "--port", board[1], *GAIT], capture_output=True, text=True)
     assert second.returncode == 5, second.stderr
     assert "holds it" in second.stderr
-    stop = subprocess.run([*SNAKEBOT, "stop", board[1]], capture_output=True, text=True)
+    stop = subprocess.run([*SNAKEBOT, "stop", "--port", board[1]], capture_output=True, text=True)
     _, said = host.communicate(timeout=30)
-    assert host.returncode == 5, (said, stop.stderr)
-    assert b"emergency stop" in said
+    assert host.returncode in (5, 130), (
+        said,
+        stop.stderr,
+    )  # the run here is told too, and may hear that first
+    assert mode(board[1]) in (Mode.STOPPED, Mode.DISARMED)

@@ -60,7 +60,12 @@ def assert_same(model, gait, other, ours):
     )  # what the links move by, even where the robot does not
     assert speeds[1] == pytest.approx(speeds[0], rel=0.01, abs=0.005 * swing)
     powers = [rows[last, 3:].mean(axis=0) for rows in (other, ours)]
-    assert powers[1] == pytest.approx(powers[0], rel=0.01, abs=1e-3 * float(model.cn.mean()) * swing**2)
+    slack = 1e-3 * float(model.cn.mean()) * swing**2
+    assert powers[1][0] == pytest.approx(powers[0][0], rel=0.01, abs=slack)
+    # Its explicit ground force chatters in dry friction, and what it loses is then not what goes in: the dissipation
+    # is compared no more sharply than MuJoCo's own balance closes. Ours has to close by itself.
+    unbalanced = abs(powers[0][1] - powers[0][0]) if model.slope_rad == 0 else 0.0
+    assert powers[1][1] == pytest.approx(powers[0][1], rel=0.01, abs=slack + unbalanced)
 
 
 @pytest.mark.parametrize("friction", FRICTION)
@@ -106,6 +111,7 @@ def test_random_chains_move_as_in_mujoco(case):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)
 @settings(
     max_examples=150, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck), database=None
 )

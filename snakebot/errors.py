@@ -36,6 +36,10 @@ class SnakebotError(Exception):
 
     exit_status = EXIT_INTERNAL
 
+    def __str__(self) -> str:
+        """One line, whatever a file or an option that is quoted in it held."""
+        return " ".join(super().__str__().splitlines())
+
 
 class BadInputError(SnakebotError):
     """What the user gave cannot be used: an option, a file, a gait outside the limits."""

@@ -164,7 +164,7 @@ def _dry_run(motion: GaitMotion, robot: Robot, options: dict[str, Any]) -> None:
         "joints": [
             {
                 "joint": joint + 1,
-                "angle_deg": [round(float(np.degrees(np.abs(angles[:, joint]).max())), 3)],
+                "angle_deg": round(float(np.degrees(np.abs(angles[:, joint]).max())), 3),
                 "angle_limit_deg": round(math.degrees(robot.angle_limit_rad[joint]), 3),
                 "speed_rad_s": round(float(np.abs(speed[:, joint]).max()), 4),
                 "speed_limit_rad_s": robot.speed_limit_rad_s[joint],
@@ -174,8 +174,6 @@ def _dry_run(motion: GaitMotion, robot: Robot, options: dict[str, Any]) -> None:
             for joint in range(robot.joints)
         ],
     }
-    for row in summary["joints"]:
-        row["angle_deg"] = row["angle_deg"][0]
     if options["as_json"]:
         click.echo(json.dumps(summary))
         return

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from snakebot.errors import BadInputError
-from snakebot.studies.pareto import POWER, SPEED, Pareto
+from snakebot.studies.pareto import Pareto
+from snakebot.studies.sweep import POWER, SPEED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

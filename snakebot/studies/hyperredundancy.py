@@ -9,9 +9,8 @@ from typing import Any, Literal
 
 from snakebot.gait import Gait
 from snakebot.robot import Robot
-from snakebot.studies.sweep import COLUMNS, Conditions, compute
+from snakebot.studies.sweep import POWER, SPEED, Conditions, compute
 
-SPEED, POWER = COLUMNS.index("speed_m_s"), COLUMNS.index("power_in_w")
 Kind = Literal["none", "free", "rigid"]
 
 

@@ -9,9 +9,7 @@ import numpy as np
 
 from snakebot.gait import Gait
 from snakebot.robot import Robot
-from snakebot.studies.sweep import COLUMNS, Conditions, Vector, compute
-
-SPEED, POWER = COLUMNS.index("speed_m_s"), COLUMNS.index("power_in_w")
+from snakebot.studies.sweep import POWER, SPEED, Conditions, Vector, compute
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,9 +17,8 @@ import numpy.typing as npt
 from snakebot.errors import BadInputError
 from snakebot.robot import Robot
 from snakebot.studies import sweep as sweeps
-from snakebot.studies.sweep import COLUMNS, Conditions, Progress, Vector
+from snakebot.studies.sweep import POWER, SPEED, Conditions, Progress, Vector
 
-SPEED, POWER = COLUMNS.index("speed_m_s"), COLUMNS.index("power_in_w")
 # The paper's grid (Section V): 9000 gaits.
 ALPHA_DEG = np.arange(3.0, 90.1, 3.0)
 BETA_DEG = np.arange(6.0, 180.1, 6.0)

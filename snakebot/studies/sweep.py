@@ -40,6 +40,7 @@ COLUMNS = (
     "turn_rad",
     "tracking_error",
 )
+SPEED, POWER = COLUMNS.index("speed_m_s"), COLUMNS.index("power_in_w")
 
 
 @dataclass(frozen=True)

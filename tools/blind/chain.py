@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 Table = NDArray[np.float64]
 
 GRAVITY_M_S2 = 9.80665
-DT_S = 5e-4
-GROUND_EPS_M_S = 0.005  # over which the sign of a sliding speed turns
+DT_S = 2e-4
+GROUND_EPS_M_S = 0.001  # over which the sign of a sliding speed turns
 
 # Rows of the joint table (row, joint).
 JOINT_ROWS = (
@@ -156,14 +156,16 @@ def _loop(
                 target = shaped[j]
             error = target - motor[j]
             wanted = error / P[LAG, j] if abs(error) >= P[DEADBAND, j] else 0.0
-            fade = sag * math.exp(-P[RATE_DROP, j] * t)
+            fade = sag * math.exp(-P[RATE_DROP, j] * t) if P[RATE_DROP, j] > 0.0 else sag
             wanted = min(max(wanted, -P[RATE_MINUS, j] * fade), P[RATE_PLUS, j] * fade)
             # LuGre without the Stribeck dip; the bristle is advanced implicitly, which keeps it stable
             hold = max(P[COULOMB, j], 1e-9)
             before = bristle[j]
             bristle[j] = (before + dt * rate[j]) / (1.0 + dt * abs(rate[j]) * P[BRISTLE, j] / hold)
             friction = P[BRISTLE, j] * bristle[j] + P[VISCOUS, j] * rate[j]
-            out = motor[j] + P[OFFSET, j] + P[ECC, j] * math.sin(P[ECC_N, j] * motor[j] + P[ECC_PHASE, j])
+            out = motor[j] + P[OFFSET, j]
+            if P[ECC, j] > 0.0:
+                out += P[ECC, j] * math.sin(P[ECC_N, j] * motor[j] + P[ECC_PHASE, j])
             twist, half = out - q, 0.5 * P[PLAY, j]
             gear = 0.0
             if twist > half:
@@ -216,11 +218,21 @@ def _pose(qpos: Any, links: Any, out: Any) -> None:
 
 
 @njit(cache=True)
+def _sign(speed_m_s: float) -> float:
+    """Of a sliding speed, turning over ``GROUND_EPS_M_S``."""
+    x = speed_m_s / GROUND_EPS_M_S
+    if abs(x) > 12.0:  # where tanh is one to ten digits
+        return math.copysign(1.0, x)
+    return math.tanh(x)
+
+
+@njit(cache=True)
 def _ground(qpos: Any, qvel: Any, links: Any, ground: Any, applied: Any, at: Any) -> None:
     """Generalised forces of friction, slope and bumps, by virtual work."""
     n = links.shape[1]
     x, y, angle = qpos[0], qpos[1], qpos[2]
     vx, vy, rate = qvel[0], qvel[1], qvel[2]
+    down = math.sin(ground[0])
     for v in range(applied.size):
         applied[v] = 0.0
     for i in range(n):
@@ -240,14 +252,15 @@ def _ground(qpos: Any, qvel: Any, links: Any, ground: Any, applied: Any, at: Any
             vy += half * math.cos(angle) * rate
         c, s = math.cos(angle), math.sin(angle)
         vt, vn = c * vx + s * vy, c * vy - s * vx
-        ft = -links[CT, i] * vt - links[CT0, i] * math.tanh(vt / GROUND_EPS_M_S)
-        fn = -links[CN, i] * vn - links[CN0, i] * math.tanh(vn / GROUND_EPS_M_S)
+        ft = -links[CT, i] * vt - links[CT0, i] * _sign(vt)
+        fn = -links[CN, i] * vn - links[CN0, i] * _sign(vn)
         weight = links[MASS, i] * GRAVITY_M_S2
-        k = ground[2]
-        hill_x = k * ground[1] * math.cos(k * x + ground[3]) * math.cos(k * y)
-        hill_y = -k * ground[1] * math.sin(k * x + ground[3]) * math.sin(k * y)
-        fx = c * ft - s * fn - weight * (math.sin(ground[0]) + hill_x)
-        fy = s * ft + c * fn - weight * hill_y
+        fx = c * ft - s * fn - weight * down
+        fy = s * ft + c * fn
+        if ground[1] > 0.0:
+            k = ground[2]
+            fx -= weight * k * ground[1] * math.cos(k * x + ground[3]) * math.cos(k * y)
+            fy += weight * k * ground[1] * math.sin(k * x + ground[3]) * math.sin(k * y)
         applied[0] += fx
         applied[1] += fy
         applied[2] += (x - qpos[0]) * fy - (y - qpos[1]) * fx

@@ -1,7 +1,7 @@
 """Stream a motion to a board and end it safely.
 
-Every way out leads through the same door, in this order as far as the link lives: ramp down, hold, relax. A host that
-is late skips ticks and never sends them in a burst; when it stays late it holds the robot and then stops it.
+Every way out leads through the same door, in this order as far as the link lives: ramp down, hold, relax. What a late
+host does is in ``lateness``, what becomes of set-points without an answer in ``inflight``.
 """
 
 from __future__ import annotations
@@ -16,29 +16,22 @@ from firmware_protocol.catalogue import Counters, FaultEvent, JointMode, JointSu
 from snakebot.board import Board, Pose, Reading, Received
 from snakebot.clock import Clock, MonotonicClock, urgent
 from snakebot.control.faults import JointFault
+from snakebot.control.inflight import InFlight
 from snakebot.control.journal import Journal, Recorder
+from snakebot.control.lateness import LATE_ROW_HOLD, Lateness
 from snakebot.control.progress import Progress, TrackingSoFar
 from snakebot.errors import BadInputError, BoardFaultError, HostLateError, LostBoardError, SnakebotError
 from snakebot.gait import Gait, GaitMotion, Motion, SlewLimiter, check_motion
 from snakebot.robot import Robot
 from snakebot.runlog import records
 
-LATE_SHARE = 0.5  # a tick that starts later than this share of the interval is late
-LATE_ROW_HOLD = 5  # late ticks in a row that bring the robot to hold
 HOLD_BEFORE_RELAX_S = 0.2
 FRESH_READING_S = 2.0  # longest wait for the joint angles that the motion starts from
-_ANSWER_TICKS, _ANSWER_S = 4, 0.05  # a set-point that has no answer after both is lost
 _WAKE_EARLY_S = 0.0003  # leave the wait for frames this much before a deadline, and sleep the rest exactly
-_DOUBLE_S = 2.0  # after a loss every set-point is sent twice over for this long
-_DOUBLE_BELOW_HZ = (
-    150.0  # from here on enough ticks fit into the board's watchdog, and doubling might fill the line
-)
 _SHORTEST_WAIT_S = 1e-6  # a wait that rounding may swallow would never end in virtual time
 _CHANGE_AHEAD_S = 0.25  # time to check a new gait before it begins
-MIN_RATE_HZ, MAX_RATE_HZ = (
-    20.0,
-    1000.0,
-)  # 20 Hz keeps the board's watchdog (100 ms) fed with a lost tick in between
+# 20 Hz keeps the board's watchdog (100 ms) fed with a lost tick in between.
+MIN_RATE_HZ, MAX_RATE_HZ = 20.0, 1000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,16 +41,6 @@ class RunResult:
     ended: str
     duration_s: float
     progress: Progress
-
-
-@dataclass(slots=True)
-class _Waiting:
-    """A set-point that has no answer yet."""
-
-    tick: records.Tick
-    wanted_rad: Sequence[float]
-    sent_s: float
-    age: int = 0
 
 
 def check_rate(rate_hz: float) -> None:
@@ -106,7 +89,8 @@ class RunLoop:
         self.progress = Progress(0.0, TrackingSoFar(robot.joints, amplitude_rad))
         self._journal = Journal(recorder, board, clock, self.progress)
         self._make_motion = make_motion
-        self._settle_s = settle_s
+        self._lateness = Lateness(self.interval_s, self.progress)
+        self._in_flight = InFlight(self.interval_s, clock, self.progress, self._journal, settle_s)
         self._faults = sorted(faults, key=lambda fault: fault.at_s)
         self._log_frames = log_frames
         self._wall_start_ns = start_time_ns
@@ -116,12 +100,8 @@ class RunLoop:
         self._motion: Motion = GaitMotion(
             Gait(0, 0, 0), robot.joints, 0, 0
         )  # the real one is made when armed
-        self._waiting: dict[int, _Waiting] = {}
-        self._double_until_s = -math.inf
         self._stop_requests = 0
         self._emergency = False
-        self._late = False
-        self._late_row = 0
 
     # -- asked for from outside (signal handlers, other threads) -----------------------------------------------------
 
@@ -225,7 +205,6 @@ class RunLoop:
     def _stream(self, motion: Motion) -> str:
         """Send the motion tick by tick. Returns how it ended, with the joints at rest and relaxed."""
         self._motion = motion
-        self._late_row = 0
         self._journal.origin_s = self.clock.now_s()
         if self._wall_start_ns is None:
             self._wall_start_ns = time.time_ns()
@@ -259,7 +238,7 @@ class RunLoop:
             previous = tick
             tick += 1
         self._listen(2 * self.interval_s)
-        self._lose(everything=True)
+        self._in_flight.give_up()
         self._relax()
         if failure is not None:
             raise failure
@@ -269,19 +248,15 @@ class RunLoop:
         """Wait for a tick's deadline. Returns the tick that is due then: a later one if this one was slept through."""
         deadline = self._journal.origin_s + tick * self.interval_s
         self._listen_until(deadline)
-        lateness = self.clock.now_s() - deadline
-        progress = self.progress
-        progress.worst_lateness_s = max(progress.worst_lateness_s, lateness)
-        self._late = lateness > LATE_SHARE * self.interval_s
-        self._late_row = self._late_row + 1 if self._late else 0
+        self._lateness.judge(self.clock.now_s() - deadline)
         if self._emergency:
             self.board.emergency_stop(StopReason.EXTERNAL)
             raise BoardFaultError(f"{self.board.where}: emergency stop: the joints are without power")
-        if self._late_row >= LATE_ROW_HOLD:
-            self._too_late(lateness)
-        behind = max(int(lateness / self.interval_s), 0)
-        progress.skipped += behind
-        return tick + behind
+        if self._lateness.hopeless:
+            self.board.hold()
+            self._journal.event("holding", f"{LATE_ROW_HOLD} late ticks in a row", "error")
+            raise self._lateness.error()
+        return tick + self._lateness.skip()
 
     def _send_tick(self, t_s: float, interval_s: float) -> None:
         wanted = self._motion.angles(t_s)
@@ -290,11 +265,10 @@ class RunLoop:
         assert executed is not None  # the loop's own interval is never too short
         limited, clamped = executed
         now = self.clock.now_s()
-        copies = 2 if now < self._double_until_s else 1
-        sequence, sent = self.board.send_setpoints(limited, interval_s, copies)
+        sequence, sent = self.board.send_setpoints(limited, interval_s, self._in_flight.copies(now))
         progress = self.progress
         progress.ticks += 1
-        progress.late += self._late
+        progress.late += self._lateness.late
         progress.clamped += clamped
         progress.t_s = t_s
         progress.mode = self.board.mode
@@ -306,10 +280,9 @@ class RunLoop:
             host_time_ns=self._wall_start_ns + round((now - self._journal.origin_s) * 1e9),
             setpoint_rad=wanted,
             sent_rad=sent,
-            late=self._late,
+            late=self._lateness.late,
         )
-        self._lose()
-        self._waiting[sequence] = _Waiting(record, wanted, now)
+        self._in_flight.sent(record, wanted, now)
 
     # -- what comes back ---------------------------------------------------------------------------------------------
 
@@ -329,7 +302,7 @@ class RunLoop:
         for item in received:
             match item:
                 case Reading():
-                    self._answered(item)
+                    self._in_flight.answered(item)
                 case Pose():
                     self.progress.pose = item
                     self._journal.pose(item)
@@ -350,38 +323,6 @@ class RunLoop:
                     pass
         self._journal.statistics()
 
-    def _answered(self, reading: Reading) -> None:
-        waiting = self._waiting.pop(reading.sequence, None)
-        if waiting is None:
-            return
-        tick = waiting.tick
-        tick.applied_rad = reading.applied_rad
-        tick.measured_rad = reading.measured_rad
-        tick.board_time_us = reading.board_time_us
-        tick.latency_s = reading.received_s - waiting.sent_s
-        progress = self.progress
-        progress.setpoint_rad, progress.measured_rad = waiting.wanted_rad, reading.measured_rad
-        progress.round_trips_s.append(tick.latency_s)
-        if tick.t_s >= self._settle_s:
-            progress.tracking.add(waiting.wanted_rad, reading.measured_rad)
-        for sequence in [s for s in self._waiting if self._waiting[s].sent_s < waiting.sent_s]:
-            self._record_lost(sequence)
-        self._journal.tick(tick)
-
-    def _lose(self, everything: bool = False) -> None:
-        """Give up set-points that have waited too long for their answer."""
-        for sequence, waiting in list(self._waiting.items()):
-            waiting.age += 1
-            if everything or waiting.age > max(_ANSWER_TICKS, _ANSWER_S / self.interval_s):
-                self._record_lost(sequence)
-
-    def _record_lost(self, sequence: int) -> None:
-        waiting = self._waiting.pop(sequence)
-        self.progress.lost += 1
-        if self.interval_s > 1 / _DOUBLE_BELOW_HZ:
-            self._double_until_s = self.clock.now_s() + _DOUBLE_S
-        self._journal.tick(waiting.tick)
-
     # -- ends --------------------------------------------------------------------------------------------------------
 
     def _relax(self) -> None:
@@ -393,20 +334,10 @@ class RunLoop:
         self._journal.event("disarmed", "joints relaxed")
         self.progress.mode = Mode.DISARMED
 
-    def _too_late(self, lateness_s: float) -> None:
-        self.board.hold()
-        self._journal.event("holding", f"{LATE_ROW_HOLD} late ticks in a row", "error")
-        raise HostLateError(
-            f"this computer could not keep the tick: {LATE_ROW_HOLD} ticks in a row came late, the last by "
-            f"{lateness_s * 1e3:.1f} ms at an interval of {self.interval_s * 1e3:g} ms; the robot was held and "
-            "relaxed: lower --rate or end other programs"
-        )
-
     def _abandon(self) -> None:
         """After an error: hold and relax if the link still lives; a dead one leaves it to the watchdog."""
         with contextlib.suppress(SnakebotError, OSError):
-            for sequence in list(self._waiting):
-                self._record_lost(sequence)
+            self._in_flight.give_up()
         if self.board.mode in (Mode.STOPPED, Mode.FAULT):
             return  # the board has stopped the joints itself; disarming would clear what it reports
         with contextlib.suppress(SnakebotError, OSError):

@@ -21,6 +21,12 @@ GRAVITY_M_S2 = 9.80665
 DT_S = 2e-4
 GROUND_EPS_M_S = 0.001  # over which the sign of a sliding speed turns
 
+# Whatever MuJoCo would look for and not find: forces on this chain are all applied from outside.
+OFF = " ".join(
+    f'{part}="disable"'
+    for part in ("contact", "constraint", "limit", "spring", "damper", "actuation", "sensor", "autoreset")
+)
+
 # Rows of the joint table (row, joint).
 JOINT_ROWS = (
     "lag_s", "deadband_rad", "rate_plus_rad_s", "rate_minus_rad_s", "rate_drop_per_s", "loop_nm_s_rad",
@@ -47,7 +53,7 @@ def chain_xml(links: Table) -> str:
     """MJCF of a planar chain: link 1 slides and turns freely, each further link hangs on the one before."""
     out = [
         f'<mujoco><option timestep="{DT_S!r}" integrator="Euler" gravity="0 0 0">'
-        '<flag contact="disable"/></option><worldbody>'
+        f"<flag {OFF}/></option><worldbody>"
     ]
     for i in range(links.shape[1]):
         mass, half = float(links[MASS, i]), float(links[HALF, i])

@@ -7,46 +7,12 @@ import secrets
 from collections import deque
 from collections.abc import Callable, Sequence
 
+from firmware_protocol import catalogue as msg
 from firmware_protocol.assembly import SampleAssembler, setpoint_messages, to_wire
-from firmware_protocol.catalogue import (
-    PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
-    Acknowledge,
-    Applied,
-    BoardHeartbeat,
-    Counters,
-    EmergencyStop,
-    Fault,
-    FaultEvent,
-    HostHeartbeat,
-    InfoFirmware,
-    InfoProtocol,
-    InfoRequest,
-    InfoSerial,
-    JointMode,
-    JointModeRequest,
-    JointSupply,
-    LimitKind,
-    LimitRequest,
-    Measured,
-    Message,
-    Mode,
-    ModeRequest,
-    Ping,
-    Pong,
-    PoseMotion,
-    PosePosition,
-    State,
-    StopReason,
-    Supply,
-    TrimRequest,
-    ZeroRequest,
-    catalogue_hash,
-    decode,
-    encode,
-)
+from firmware_protocol.catalogue import Fault, JointMode, LimitKind, Message, Mode, StopReason, decode, encode
 from firmware_protocol.frame import Frame, ProtocolError
 from snakebot.board.boardclock import BoardClock
+from snakebot.board.handshake import Handshake
 from snakebot.board.readings import BoardInfo, Pose, Reading, Received
 from snakebot.board.requests import Requests
 from snakebot.clock import Clock
@@ -82,14 +48,14 @@ class Board:
         self.holder = 0
         self.boot_id: int | None = None
         self.last_reading: Reading | None = None
-        self.supply: Supply | None = None
-        self.counters: Counters | None = None
+        self.supply: msg.Supply | None = None
+        self.counters: msg.Counters | None = None
         self.board_clock = BoardClock()
         self.unreadable = 0  # frames that were no message of the catalogue
         self.on_frame: FrameListener | None = None
         self._assembler: SampleAssembler | None = None
-        self._positions: dict[int, PosePosition] = {}
-        self._infos: dict[type[Message], Message] = {}
+        self._positions: dict[int, msg.PosePosition] = {}
+        self._handshake = Handshake(self.where)
         self._requests = Requests(self.where)
         self._pings: dict[int, float] = {}
         self._sequence = secrets.randbelow(0x10000)
@@ -107,62 +73,25 @@ class Board:
         Raises:
             NoBoardError: nobody answers, or the two ends do not speak the same catalogue (both sides are named).
         """
-        wanted = (InfoProtocol, InfoFirmware, InfoSerial)
         deadline = self.clock.now_s() + timeout_s
         ask_s = -math.inf
-        while not all(kind in self._infos for kind in wanted):
+        while (info := self._handshake.board()) is None:
             now = self.clock.now_s()
             if now >= deadline:
-                raise NoBoardError(self._nobody(timeout_s))
+                raise self._handshake.nobody(timeout_s, self.link.statistics, self.unreadable)
             if now >= ask_s:
-                self._send([InfoRequest(self.host)])
+                self._send([msg.InfoRequest(self.host)])
                 ask_s = now + 0.1
             self._read(min(0.05, deadline - now))
-        protocol, firmware, serial = (self._infos[kind] for kind in wanted)
-        assert isinstance(protocol, InfoProtocol)
-        assert isinstance(firmware, InfoFirmware)
-        assert isinstance(serial, InfoSerial)
-        self._agree(protocol)
-        self.info = BoardInfo(
-            protocol=f"{protocol.protocol_major}.{protocol.protocol_minor}",
-            catalogue_hash=protocol.catalogue_hash,
-            firmware=f"{firmware.firmware_major}.{firmware.firmware_minor}.{firmware.firmware_patch}",
-            serial_number=serial.serial_number,
-            joints=protocol.joints,
-            counts_per_rev=firmware.counts_per_rev,
-            watchdog_ms=firmware.watchdog_ms,
-            simulated=bool(protocol.simulated),
-            boot_id=firmware.boot_id,
-        )
-        self.boot_id = firmware.boot_id
-        self._assembler = SampleAssembler(protocol.joints)
+        self.info, self.boot_id = info, info.boot_id
+        self._assembler = SampleAssembler(info.joints)
         for _ in range(4):
             self.ping()
         while self.last_reading is None or self.mode is None:
             if self.clock.now_s() >= deadline:
                 raise NoBoardError(f"{self.where}: the board answers, but sends no joint angles")
             self._read(0.05)
-        return self.info
-
-    def _nobody(self, timeout_s: float) -> str:
-        heard = self.link.statistics
-        hint = "is the board on, and is this the right port?"
-        if heard.corrupt:
-            hint = f"{heard.corrupt} corrupt packets came in: is the baud rate right on both ends?"
-        elif self.unreadable:
-            hint = f"{self.unreadable} frames came in that this catalogue does not know: is this a snakebot board?"
-        return f"{self.where}: no board answered within {timeout_s:g} s: {hint}"
-
-    def _agree(self, board: InfoProtocol) -> None:
-        ours = f"protocol {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}, catalogue {catalogue_hash():08x}"
-        theirs = (
-            f"protocol {board.protocol_major}.{board.protocol_minor}, catalogue {board.catalogue_hash:08x}"
-        )
-        if board.protocol_major != PROTOCOL_MAJOR or board.catalogue_hash != catalogue_hash():
-            raise NoBoardError(
-                f"{self.where}: host and board do not agree: host {ours}; board {theirs}: "
-                "update the one that is older"
-            )
+        return info
 
     # -- requests ----------------------------------------------------------------------------------------------------
 
@@ -172,24 +101,24 @@ class Board:
         Raises:
             BoardFaultError: the board refuses: another host holds it, or it is stopped or in a fault.
         """
-        self._request(lambda token: ModeRequest(token, Mode.ARMED, self.host), "to arm")
+        self._request(lambda token: msg.ModeRequest(token, Mode.ARMED, self.host), "to arm")
         self._armed = True
 
     def hold(self) -> None:
         """Freeze the joints where they are, powered. Asked twice over: meanwhile no set-point feeds the watchdog."""
-        self._request(lambda token: ModeRequest(token, Mode.HOLDING, self.host), "to hold", copies=2)
+        self._request(lambda token: msg.ModeRequest(token, Mode.HOLDING, self.host), "to hold", copies=2)
 
     def disarm(self) -> None:
         """Relax: the servos lose power. Also clears a fault or an emergency stop."""
         self._armed = False
-        self._request(lambda token: ModeRequest(token, Mode.DISARMED, self.host), "to disarm")
+        self._request(lambda token: msg.ModeRequest(token, Mode.DISARMED, self.host), "to disarm")
 
     def emergency_stop(self, reason: StopReason = StopReason.USER) -> None:
         """Send the emergency stop three times over: it is not acknowledged, and no wire is perfect."""
         self._armed = False
         self.mode = Mode.STOPPED
         for _ in range(3):
-            self._send([EmergencyStop(reason, self.host)])
+            self._send([msg.EmergencyStop(reason, self.host)])
 
     def set_joint_mode(
         self, joint: int, mode: JointMode, angle_rad: float = 0.0, *, wait: bool = True
@@ -199,7 +128,7 @@ class Board:
         With ``wait=False`` the answer is awaited by the following ``poll`` calls, which then raise what this would.
         """
         self._request(
-            lambda token: JointModeRequest(token, joint, mode, to_wire(angle_rad), self.host),
+            lambda token: msg.JointModeRequest(token, joint, mode, to_wire(angle_rad), self.host),
             f"to make joint {joint} {mode.name.lower()}",
             wait,
         )
@@ -213,7 +142,7 @@ class Board:
         ):
             for joint, value in enumerate(values, start=1):
                 self._request(
-                    lambda token, k=kind, j=joint, v=value: LimitRequest(  # type: ignore[misc]
+                    lambda token, k=kind, j=joint, v=value: msg.LimitRequest(  # type: ignore[misc]
                         token, j, k, math.floor(v / 0.002) * 0.002, self.host
                     ),
                     f"the {kind.name.lower()} limit {value:.4g} of joint {joint}",
@@ -222,14 +151,14 @@ class Board:
     def set_trim(self, joint: int, trim_rad: float) -> None:
         """Add a trim to a joint's set-point before it becomes a servo pulse. Only while disarmed."""
         self._request(
-            lambda token: TrimRequest(token, joint, to_wire(trim_rad), self.host),
+            lambda token: msg.TrimRequest(token, joint, to_wire(trim_rad), self.host),
             f"the trim of joint {joint}",
         )
 
     def set_zero(self, joint: int, zero_counts: int) -> None:
         """Take this encoder count as zero. Only while disarmed."""
         self._request(
-            lambda token: ZeroRequest(token, joint, zero_counts, self.host), f"the zero of joint {joint}"
+            lambda token: msg.ZeroRequest(token, joint, zero_counts, self.host), f"the zero of joint {joint}"
         )
 
     def _request(self, make: Callable[[int], Message], what: str, wait: bool = True, copies: int = 1) -> None:
@@ -265,7 +194,7 @@ class Board:
         self._pings[nonce] = self.clock.now_s()
         if len(self._pings) > 16:
             del self._pings[next(iter(self._pings))]
-        self._send([Ping(nonce)])
+        self._send([msg.Ping(nonce)])
 
     def poll(self, timeout_s: float = 0.0) -> list[Received]:
         """Read what has come in, waiting up to ``timeout_s`` for the first frame; keep the heartbeat.
@@ -278,7 +207,7 @@ class Board:
         if now >= self._heartbeat_due_s:
             self._heartbeat_due_s = now + HEARTBEAT_S
             self._heartbeats = (self._heartbeats + 1) & 0xFFFF
-            self._send([HostHeartbeat(self.host, self._heartbeats)])
+            self._send([msg.HostHeartbeat(self.host, self._heartbeats)])
             self.ping()
         received = self._read(timeout_s)
         if self.clock.now_s() - self._heard_s > SILENCE_S:
@@ -322,45 +251,45 @@ class Board:
     def _take(self, message: Message, now: float) -> Received | None:
         """Bring the picture of the board up to date; hand on what a caller wants to see."""
         match message:
-            case State() | Measured() | Applied():
+            case msg.State() | msg.Measured() | msg.Applied():
                 return self._sample(message, now)
-            case PosePosition():
+            case msg.PosePosition():
                 self._positions[message.sample] = message
                 if len(self._positions) > 8:
                     del self._positions[next(iter(self._positions))]
-            case PoseMotion():
+            case msg.PoseMotion():
                 position = self._positions.pop(message.sample, None)
                 if position is not None:
                     return Pose(
                         message.sample, position.x_m, position.y_m, message.heading_rad, message.speed_m_s
                     )
-            case BoardHeartbeat():
+            case msg.BoardHeartbeat():
                 self._beat(message)
-            case Acknowledge():
+            case msg.Acknowledge():
                 mode = self._requests.answered(message)
                 self.mode = self.mode if mode is None else mode
-            case Pong():
+            case msg.Pong():
                 sent = self._pings.pop(message.nonce, None)
                 if sent is not None:
                     self.board_clock.round_trip(sent, now, self.board_clock.unwrap(message.board_time_us))
-            case FaultEvent():
+            case msg.FaultEvent():
                 self._fault(message.code, message.joint)
                 return message
-            case Supply():
+            case msg.Supply():
                 self.supply = message
                 return message
-            case Counters():
+            case msg.Counters():
                 self.counters = message
                 return message
-            case JointSupply():
+            case msg.JointSupply():
                 return message
-            case InfoProtocol() | InfoFirmware() | InfoSerial():
-                self._infos[type(message)] = message
+            case msg.InfoProtocol() | msg.InfoFirmware() | msg.InfoSerial():
+                self._handshake.take(message)
             case _:
                 pass  # another host's frames on a shared bus
         return None
 
-    def _sample(self, message: State | Measured | Applied, now: float) -> Reading | None:
+    def _sample(self, message: msg.State | msg.Measured | msg.Applied, now: float) -> Reading | None:
         if self._assembler is None or self.info is None:
             return None
         sample = self._assembler.add(message)
@@ -379,7 +308,7 @@ class Board:
         )
         return self.last_reading
 
-    def _beat(self, beat: BoardHeartbeat) -> None:
+    def _beat(self, beat: msg.BoardHeartbeat) -> None:
         if self.boot_id is not None and beat.boot_id != self.boot_id:
             self._armed = False
             self.mode = beat.mode

@@ -8,32 +8,15 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
+from firmware_protocol import catalogue as msg
 from firmware_protocol.assembly import Sample, SampleAssembler, setpoint_messages
 from firmware_protocol.catalogue import (
-    Acknowledge,
-    Applied,
-    BoardHeartbeat,
-    Counters,
-    EmergencyStop,
     Fault,
-    FaultEvent,
-    HostHeartbeat,
-    InfoFirmware,
-    InfoProtocol,
-    InfoRequest,
-    InfoSerial,
     JointMode,
-    JointModeRequest,
     LimitKind,
-    LimitRequest,
-    Measured,
     Message,
     Mode,
-    ModeRequest,
-    Ping,
-    Pong,
     Result,
-    State,
     decode,
     encode,
     frame_id,
@@ -107,8 +90,8 @@ class Bench:
         self.nudge_rad = nudge_rad
         self.draw = random.Random(seed)
         self.host, self.other = 0x5EED0001, 0x5EED0002
-        self.info: InfoProtocol | None = None
-        self.firmware: InfoFirmware | None = None
+        self.info: msg.InfoProtocol | None = None
+        self.firmware: msg.InfoFirmware | None = None
         self.heard: list[Message] = []  # since the case began
         self.samples: list[Sample] = []  # complete ones, since the case began
         self.unreadable = 0
@@ -166,7 +149,7 @@ class Bench:
                 self.unreadable += 1
                 raise ViolationError(f"the board sent what is no message of the catalogue: {error}") from None
             said.append(message)
-            if isinstance(message, State | Measured | Applied) and self._assembler is not None:
+            if isinstance(message, msg.State | msg.Measured | msg.Applied) and self._assembler is not None:
                 sample = self._assembler.add(message)
                 if sample is not None:
                     self.samples.append(sample)
@@ -200,7 +183,7 @@ class Bench:
                 wanted = ", ".join(f"{name}={value!r}" for name, value in values.items())
                 raise ViolationError(f"no {kind.__name__}({wanted}) within {timeout_s:g} s")
 
-    def ask(self, request: Any) -> Acknowledge:
+    def ask(self, request: Any) -> msg.Acknowledge:
         """A request's acknowledgement, repeated as a host would.
 
         Raises:
@@ -209,7 +192,7 @@ class Bench:
         for attempt in range(4):
             self.send(request)
             try:
-                answer = self.wait(Acknowledge, _RETRY_S, token=request.token)
+                answer = self.wait(msg.Acknowledge, _RETRY_S, token=request.token)
             except ViolationError:
                 if attempt == 3:
                     raise ViolationError(
@@ -243,20 +226,20 @@ class Bench:
     def simulated(self) -> bool:
         return bool(self.info and self.info.simulated)
 
-    def identify(self) -> tuple[InfoProtocol, InfoFirmware, InfoSerial]:
+    def identify(self) -> tuple[msg.InfoProtocol, msg.InfoFirmware, msg.InfoSerial]:
         """The three answers to an InfoRequest."""
         for attempt in range(5):
             start = len(self.heard)
-            self.send(InfoRequest(self.host))
+            self.send(msg.InfoRequest(self.host))
             try:
-                serial = self.wait(InfoSerial, 0.4)
+                serial = self.wait(msg.InfoSerial, 0.4)
             except ViolationError:
                 if attempt == 4:
                     raise
                 continue
             found = self.heard[start:]
-            protocol = next((m for m in found if isinstance(m, InfoProtocol)), None)
-            firmware = next((m for m in found if isinstance(m, InfoFirmware)), None)
+            protocol = next((m for m in found if isinstance(m, msg.InfoProtocol)), None)
+            firmware = next((m for m in found if isinstance(m, msg.InfoFirmware)), None)
             if protocol is not None and firmware is not None:
                 self.info, self.firmware = protocol, firmware
                 if self._assembler is None or self._assembler.joints != protocol.joints:
@@ -266,12 +249,12 @@ class Bench:
             "InfoRequest must be answered by InfoProtocol, InfoFirmware and InfoSerial, all three"
         )
 
-    def beat(self) -> BoardHeartbeat:
+    def beat(self) -> msg.BoardHeartbeat:
         """The next heartbeat: the mode that the board says it is in."""
-        return self.wait(BoardHeartbeat, 0.5)
+        return self.wait(msg.BoardHeartbeat, 0.5)
 
-    def go(self, mode: Mode, host: int | None = None) -> Acknowledge:
-        return self.ask(ModeRequest(self.token(), mode, self.host if host is None else host))
+    def go(self, mode: Mode, host: int | None = None) -> msg.Acknowledge:
+        return self.ask(msg.ModeRequest(self.token(), mode, self.host if host is None else host))
 
     def must_go(self, mode: Mode, host: int | None = None) -> None:
         answer = self.go(mode, host)
@@ -281,7 +264,7 @@ class Bench:
         )
 
     def stop(self) -> None:
-        self.send(EmergencyStop())
+        self.send(msg.EmergencyStop())
 
     def fresh(self) -> None:
         """Disarmed, nobody's, joints active, limits as built in: how every case begins and ends."""
@@ -289,10 +272,10 @@ class Bench:
             self.identify()
         self.make_safe()
         for joint in sorted(self._turned):
-            self.ask(JointModeRequest(self.token(), joint, JointMode.ACTIVE, 0.0, self.host))
+            self.ask(msg.JointModeRequest(self.token(), joint, JointMode.ACTIVE, 0.0, self.host))
         self._turned.clear()
         for joint, kind in sorted(self._tightened):
-            self.ask(LimitRequest(self.token(), joint, kind, self._built_in[joint, kind], self.host))
+            self.ask(msg.LimitRequest(self.token(), joint, kind, self._built_in[joint, kind], self.host))
         self._tightened.clear()
         self._hear(self.clock.now_s())
         self.heard.clear()
@@ -311,27 +294,31 @@ class Bench:
         """Bring a disarmed board into any mode."""
         if mode is Mode.STOPPED:
             self.stop()
-            self.wait(FaultEvent, code=Fault.EMERGENCY_STOP)
+            self.wait(msg.FaultEvent, code=Fault.EMERGENCY_STOP)
         elif mode is not Mode.DISARMED:
             self.must_go(Mode.ARMED)
             if mode is Mode.HOLDING:
                 self.must_go(Mode.HOLDING)
             elif mode is Mode.FAULT:
-                self.wait(FaultEvent, code=Fault.WATCHDOG)
+                self.wait(msg.FaultEvent, code=Fault.WATCHDOG)
 
     def set_joint_mode(
         self, joint: int, mode: JointMode, angle_rad: float = 0.0, host: int | None = None
-    ) -> Acknowledge:
+    ) -> msg.Acknowledge:
         self._turned.add(joint)
         host = self.host if host is None else host
-        return self.ask(JointModeRequest(self.token(), joint, mode, round(angle_rad, 4), host))
+        return self.ask(msg.JointModeRequest(self.token(), joint, mode, round(angle_rad, 4), host))
 
-    def set_limit(self, joint: int, kind: LimitKind, value: float, host: int | None = None) -> Acknowledge:
+    def set_limit(
+        self, joint: int, kind: LimitKind, value: float, host: int | None = None
+    ) -> msg.Acknowledge:
         """Set a limit; ``fresh`` puts the built-in one back."""
         self.built_in(joint, kind)
         self._tightened.add((joint, kind))
         host = self.host if host is None else host
-        return self.ask(LimitRequest(self.token(), joint, kind, round(value / LIMIT_STEP) * LIMIT_STEP, host))
+        return self.ask(
+            msg.LimitRequest(self.token(), joint, kind, round(value / LIMIT_STEP) * LIMIT_STEP, host)
+        )
 
     def built_in(self, joint: int, kind: LimitKind) -> float:
         """The largest limit that the board accepts, found by halving. The board must be disarmed the first time."""
@@ -339,28 +326,28 @@ class Bench:
             below, above = 0, 1 << 17  # steps: accepted, refused
             while above - below > 1:
                 middle = (below + above) // 2
-                request = LimitRequest(self.token(), joint, kind, middle * LIMIT_STEP, self.host)
+                request = msg.LimitRequest(self.token(), joint, kind, middle * LIMIT_STEP, self.host)
                 if self.ask(request).result is Result.OK:
                     below = middle
                 else:
                     above = middle
             expect(below > 0, f"the board accepts no {kind.name.lower()} limit at all for joint {joint}")
             self._built_in[joint, kind] = below * LIMIT_STEP
-            self.ask(LimitRequest(self.token(), joint, kind, below * LIMIT_STEP, self.host))
+            self.ask(msg.LimitRequest(self.token(), joint, kind, below * LIMIT_STEP, self.host))
         return self._built_in[joint, kind]
 
-    def counters(self) -> Counters:
+    def counters(self) -> msg.Counters:
         """Counters that include everything sent before this call.
 
         The board sends them once a second, so one that is on its way already does not count.
         """
         self.ping()
-        return self.wait(Counters, 1.6)
+        return self.wait(msg.Counters, 1.6)
 
-    def ping(self) -> Pong:
+    def ping(self) -> msg.Pong:
         nonce = self.draw.getrandbits(32)
-        self.send(Ping(nonce))
-        return self.wait(Pong, nonce=nonce)
+        self.send(msg.Ping(nonce))
+        return self.wait(msg.Pong, nonce=nonce)
 
     # -- set-points --------------------------------------------------------------------------------------------------
 
@@ -414,9 +401,9 @@ class Bench:
 
     def _blame_the_watchdog(self) -> None:
         """Raise if, by the board's own clock, we let 100 ms pass: what it did then proves nothing."""
-        fed = [m for m in self.heard if isinstance(m, State) and m.mode is Mode.ARMED]
+        fed = [m for m in self.heard if isinstance(m, msg.State) and m.mode is Mode.ARMED]
         for event in self.heard:
-            if isinstance(event, FaultEvent) and event.code is Fault.WATCHDOG and fed:
+            if isinstance(event, msg.FaultEvent) and event.code is Fault.WATCHDOG and fed:
                 last = next(m for m in fed if m.sequence == fed[-1].sequence)  # later ones are unasked
                 silent_us = passed_us(event.board_time_us, last.board_time_us)
                 if silent_us >= 1000 * (self.firmware.watchdog_ms if self.firmware else 100) - 1000:
@@ -429,7 +416,7 @@ class Bench:
         """
         self.ping()
         for message in self.heard:
-            if isinstance(message, State) and message.sequence == sequence:
+            if isinstance(message, msg.State) and message.sequence == sequence:
                 raise ViolationError(f"a set-point was executed: {why}")
 
     def stream(
@@ -452,9 +439,9 @@ class Bench:
     def hold_heartbeat(self, seconds: float, host: int) -> None:
         """Let a host's heartbeat come for a while."""
         for number in range(round(seconds / 0.1)):
-            self.send(HostHeartbeat(host, number))
+            self.send(msg.HostHeartbeat(host, number))
             self.listen(0.1)
 
 
-def _shown(answer: Acknowledge) -> str:
+def _shown(answer: msg.Acknowledge) -> str:
     return f"{answer.result.name.lower()} (detail {answer.detail})"

@@ -12,41 +12,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import snakebot
+from firmware_protocol import catalogue as msg
 from firmware_protocol.assembly import ANGLE_STEP_RAD, SHORT_MASK, sample_messages
-from firmware_protocol.catalogue import (
-    MAX_JOINTS,
-    PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
-    BoardHeartbeat,
-    Counters,
-    EmergencyStop,
-    Fault,
-    FaultEvent,
-    HostHeartbeat,
-    InfoFirmware,
-    InfoProtocol,
-    InfoRequest,
-    InfoSerial,
-    JointMode,
-    JointModeRequest,
-    Latch,
-    LimitRequest,
-    Message,
-    Mode,
-    ModeRequest,
-    Ping,
-    Pong,
-    PoseMotion,
-    PosePosition,
-    Setpoint,
-    State,
-    TrimRequest,
-    ZeroRequest,
-    catalogue_hash,
-    decode,
-    encode,
-    frame_id,
-)
+from firmware_protocol.catalogue import Fault, JointMode, Message, Mode, decode, encode, frame_id
 from firmware_protocol.frame import Frame, ProtocolError
 from snakebot.errors import BadInputError
 from snakebot.robot import Robot
@@ -98,9 +66,9 @@ class SimBoard:
         start_rad: Sequence[float] | None = None,
         plant: JointPlant | None = None,
     ) -> None:
-        if robot.joints > MAX_JOINTS:
+        if robot.joints > msg.MAX_JOINTS:
             raise BadInputError(
-                f"robot {robot.name!r} has {robot.joints} joints; a board has at most {MAX_JOINTS}"
+                f"robot {robot.name!r} has {robot.joints} joints; a board has at most {msg.MAX_JOINTS}"
             )
         if not abs(drift_ppm) <= MAX_DRIFT_PPM:
             raise BadInputError(
@@ -131,18 +99,18 @@ class SimBoard:
         self._clock: OwnClock | None = None
         self._start_s = 0.0  # when the plant's time began
         self._now_s = -math.inf
-        self._stop_id = frame_id(EmergencyStop)
+        self._stop_id = frame_id(msg.EmergencyStop)
         self._handlers: dict[type[Message], Callable[[Any, float], None]] = {
-            Setpoint: self._setpoint,
-            Latch: self._setpoint,
-            HostHeartbeat: lambda message, t: self._machine.heartbeat(message.host, t),
-            ModeRequest: self._mode_request,
-            JointModeRequest: self._configure,
-            LimitRequest: self._configure,
-            TrimRequest: self._configure,
-            ZeroRequest: self._configure,
-            Ping: lambda message, t: self._send(Pong(message.nonce, self._shows_us(t))),
-            InfoRequest: lambda message, t: self._info(),
+            msg.Setpoint: self._setpoint,
+            msg.Latch: self._setpoint,
+            msg.HostHeartbeat: lambda message, t: self._machine.heartbeat(message.host, t),
+            msg.ModeRequest: self._mode_request,
+            msg.JointModeRequest: self._configure,
+            msg.LimitRequest: self._configure,
+            msg.TrimRequest: self._configure,
+            msg.ZeroRequest: self._configure,
+            msg.Ping: lambda message, t: self._send(msg.Pong(message.nonce, self._shows_us(t))),
+            msg.InfoRequest: lambda message, t: self._info(),
         }
         self._fresh()
 
@@ -273,7 +241,7 @@ class SimBoard:
         else:
             self._counters_due_s += COUNTERS_S
             self._send(
-                Counters(
+                msg.Counters(
                     self._received & _MASK16,
                     self._corrupt & _MASK16,
                     self._register.dropped & _MASK16,
@@ -287,7 +255,7 @@ class SimBoard:
 
     # -- requests ----------------------------------------------------------------------------------------------------
 
-    def _mode_request(self, message: ModeRequest, t_s: float) -> None:
+    def _mode_request(self, message: msg.ModeRequest, t_s: float) -> None:
         before = self._machine.mode
         acknowledge = self._configuration.mode(message, t_s)
         if self._machine.mode is not before:
@@ -304,7 +272,7 @@ class SimBoard:
 
     # -- set-points --------------------------------------------------------------------------------------------------
 
-    def _setpoint(self, message: Setpoint | Latch, t_s: float) -> None:
+    def _setpoint(self, message: msg.Setpoint | msg.Latch, t_s: float) -> None:
         if self._machine.mode is not Mode.ARMED:
             self._register.refuse(message)
             return
@@ -362,7 +330,7 @@ class SimBoard:
         return counts
 
     def _report(self, t_s: float, counts: Sequence[int | None]) -> None:
-        state = State(self._register.sequence, self._sample, self._machine.mode, self._shows_us(t_s))
+        state = msg.State(self._register.sequence, self._sample, self._machine.mode, self._shows_us(t_s))
         applied = [min(max(a, -_WIRE_ANGLE_RAD), _WIRE_ANGLE_RAD) for a in self._register.applied_rad]
         self._send(*sample_messages(state, counts, applied))
         pose = self._plant.pose()
@@ -370,8 +338,8 @@ class SimBoard:
             x_m, y_m, heading_rad, speed_m_s = pose
             try:
                 frames = [
-                    encode(PosePosition(self._sample, x_m, y_m)),
-                    encode(PoseMotion(self._sample, heading_rad, speed_m_s)),
+                    encode(msg.PosePosition(self._sample, x_m, y_m)),
+                    encode(msg.PoseMotion(self._sample, heading_rad, speed_m_s)),
                 ]
             except ProtocolError:
                 frames = []  # it has left the range of the wire: no pose is better than a wrong one
@@ -383,22 +351,24 @@ class SimBoard:
     def _beat(self) -> None:
         machine = self._machine
         self._send(
-            BoardHeartbeat(self.boot_id, machine.mode, machine.powered, 1, machine.fault, machine.holder)
+            msg.BoardHeartbeat(self.boot_id, machine.mode, machine.powered, 1, machine.fault, machine.holder)
         )
         if machine.fault is not Fault.NONE:
             self._fault_event()
 
     def _fault_event(self) -> None:
-        self._send(FaultEvent(self._machine.fault, 0, 0, self._shows_us(self._machine.fault_since_s)))
+        self._send(msg.FaultEvent(self._machine.fault, 0, 0, self._shows_us(self._machine.fault_since_s)))
 
     def _info(self) -> None:
         major, minor, patch = (int(part) for part in snakebot.__version__.split(".")[:3])
         self._send(
-            InfoProtocol(PROTOCOL_MAJOR, PROTOCOL_MINOR, self.robot.joints, 1, catalogue_hash()),
-            InfoFirmware(
+            msg.InfoProtocol(
+                msg.PROTOCOL_MAJOR, msg.PROTOCOL_MINOR, self.robot.joints, 1, msg.catalogue_hash()
+            ),
+            msg.InfoFirmware(
                 major, minor, patch, round(WATCHDOG_S * 1e3), self.robot.encoder_counts_per_rev, self.boot_id
             ),
-            InfoSerial(self.serial_number),
+            msg.InfoSerial(self.serial_number),
         )
 
     def _send(self, *messages: Message) -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 from boards import sim_in_process
 
 import snakebot.simboard.board as simulated
+from firmware_protocol import catalogue
 from firmware_protocol.catalogue import catalogue_hash
 from snakebot.board import Board
 from snakebot.clock import VirtualClock
@@ -27,7 +30,8 @@ OTHER_HASH = catalogue_hash() ^ 0xFF
 def test_another_version_is_named(
     name: str, value: object, words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(simulated, name, value)
+    catalogue_of_the_board = SimpleNamespace(**{**vars(catalogue), name: value})
+    monkeypatch.setattr(simulated, "msg", catalogue_of_the_board)
     (case,) = (case for case in cases() if case.name == "identifies_itself")
     with sim_in_process() as bench:
         outcome = run_case(case, bench)

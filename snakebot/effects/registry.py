@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
     from snakebot.effects.effect import Effect
 
 ENTRY_POINT_GROUP = "snakebot.effects"
@@ -49,6 +51,9 @@ LIBRARY = (
 )
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
+_OBJECT = re.compile(
+    r"[^\W\d]\w*(\.[^\W\d]\w*)*\s*:\s*[^\W\d]\w*(\.[^\W\d]\w*)*(\s*\[.*\])?"
+)  # what load() takes
 
 
 @cache
@@ -84,16 +89,19 @@ def find_effect(name: str) -> Effect:
 
 def _installed() -> list[tuple[str, Effect]]:
     """Effects of other packages. One that cannot be loaded is warned about and left out: it must not stop a robot."""
-    from importlib.metadata import entry_points
-
     from snakebot.effects.effect import STAGES, Effect
 
     loaded: list[tuple[str, Effect]] = []
-    for entry in entry_points(group=ENTRY_POINT_GROUP):
+    for entry in _entry_points():
+        if not (_NAME.fullmatch(entry.name) and _OBJECT.fullmatch(entry.value)):
+            said = f"{entry.name!r} = {entry.value!r}"
+            warnings.warn(f'effect {said} is left out: not NAME = "module:OBJECT"', stacklevel=2)
+            continue
         try:
             effect = entry.load()
-        except Exception as error:  # foreign code: anything can happen
-            warnings.warn(f"effect {entry.name} cannot be loaded: {error}", stacklevel=2)
+        except (Exception, SystemExit) as error:  # foreign code: anything can happen
+            why = " ".join(str(error).split())
+            warnings.warn(f"effect {entry.name} cannot be loaded: {why}", stacklevel=2)
             continue
         sound = isinstance(effect, Effect) and _NAME.fullmatch(effect.name) and effect.stage in STAGES
         if not sound:
@@ -101,3 +109,21 @@ def _installed() -> list[tuple[str, Effect]]:
             continue
         loaded.append((entry.name, effect))
     return loaded
+
+
+def _entry_points() -> list[EntryPoint]:
+    """Those of our group. A package whose list is broken, in whatever group, is passed over with a warning."""
+    from importlib.metadata import distributions, entry_points
+
+    try:
+        return list(entry_points(group=ENTRY_POINT_GROUP))
+    except Exception:  # one list that cannot be read makes all of them fail
+        found: dict[str, list[EntryPoint]] = {}
+    for package in distributions():
+        name = "of unknown name"
+        try:
+            name = str(package.metadata["Name"])
+            found.setdefault(name, list(package.entry_points.select(group=ENTRY_POINT_GROUP)))
+        except Exception:  # a stranger's file: neither text nor a list, or not there any more
+            warnings.warn(f"package {name!r}: its entry points cannot be read; left out", stacklevel=2)
+    return [entry for entries in found.values() for entry in entries]

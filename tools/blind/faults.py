@@ -73,10 +73,11 @@ def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
 @fault("second_order", "servo", 0.02, 10.0)
 def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
     damping = float(rng.uniform(0.25, 0.7))
-    frequency = 2 * damping / ((NOMINAL_LAG_S - 0.0045) * (1 + m))  # at m = 0 as late as the nominal servo
+    inner = 0.002
+    frequency = 2 * damping / ((NOMINAL_LAG_S - inner - LOOP_LAG_S) * (1 + m))  # at m = 0 late as nominal
     p.joint("natural_rad_s")[at] = frequency
     p.joint("damping")[at] = damping
-    p.joint("lag_s")[at] = 0.004
+    p.joint("lag_s")[at] = inner
     return {"natural_freq_rad_s": frequency, "damping_ratio": damping}
 
 
@@ -84,6 +85,15 @@ def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
 def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
     p.joint("rate_plus_rad_s")[at] = p.joint("rate_minus_rad_s")[at] = 4 / m
     return {"limit_rad_s": 4 / m}
+
+
+@fault("torque_speed", "servo", 0.1, 12.0)
+def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
+    """The motor's own line from no load to stall, low enough to be met."""
+    stall = float(rng.uniform(1.0, 3.0))
+    p.joint("no_load_rad_s")[at] = 5 / m
+    p.joint("stall_nm")[at] = stall
+    return {"no_load_rad_s": 5 / m, "stall_nm": stall}
 
 
 @fault("torque_limit", "servo", 0.2, 20.0)

@@ -16,9 +16,10 @@ LINKS = 6
 JOINTS = LINKS - 1
 COUNTS_PER_REV = 8192
 SETPOINT_STEP_RAD = 1e-4
+WIRE_S = 0.001  # what a command needs from the host to the servo; the lab's 30 ms hold it
 LOOP_LAG_S = (
-    -0.0005
-)  # what rotor, load and wire add to the lag of the position loop, less what its integral takes
+    WIRE_S - 0.0005
+)  # wire, rotor and load, less what the integral takes: beyond the position loop's own lag
 
 # What the user's simulation believes, and what session.yaml says.
 NOMINAL_LINK = {"mass_kg": 1.43, "half_length_m": 0.08, "ct": 0.83, "cn": 51.9, "ct0": 0.49, "cn0": 2.33}
@@ -48,7 +49,7 @@ class Parameters:
     mixing: Table = field(
         default_factory=lambda: np.eye(JOINTS)
     )  # set-point that arrives = mixing @ commanded
-    latency_s: float = 0.0
+    latency_s: float = WIRE_S
     latency_jitter_s: float = 0.0
     loss: float = 0.0
     clock_ppm: float = 0.0
@@ -78,17 +79,31 @@ class Parameters:
         return clean
 
 
+# By how much a healthy robot may be off. The draws are cut there: a lag that is farther off is a gap, not background.
+MOST_OFF = {"mass": 0.03, "friction": 0.05, "lag": 0.05}
+
+
+def _spread(rng: np.random.Generator, common: float, each: float, count: int, most: float) -> Table:
+    """Factors (count,) about one, alike but for ``each``; drawn again until none is off by more than ``most``."""
+    while True:
+        factor = np.exp(common * rng.normal() + each * rng.normal(size=count))
+        if np.abs(factor - 1).max() < most:
+            return np.asarray(factor)
+
+
 def real_robot(rng: np.random.Generator) -> Parameters:
     """A robot as it left the workshop: everything a few per cent off, sensors noisy, gears with a trace of play."""
     p = Parameters()
-    p.link("mass_kg")[:] *= np.exp(0.03 * rng.normal() + 0.01 * rng.normal(size=LINKS))
+    p.link("mass_kg")[:] *= _spread(rng, 0.015, 0.01, LINKS, MOST_OFF["mass"])
     for row in ("ct", "cn", "ct0", "cn0"):
-        p.link(row)[:] *= np.exp(0.03 * rng.normal() + 0.01 * rng.normal(size=LINKS))
-    p.joint("lag_s")[:] *= np.exp(0.03 * rng.normal() + 0.01 * rng.normal(size=JOINTS))
+        p.link(row)[:] *= _spread(rng, 0.025, 0.01, LINKS, MOST_OFF["friction"])
+    p.latency_s, p.latency_jitter_s = WIRE_S + rng.uniform(-0.0003, 0.0003), 0.0002
+    wire = p.latency_s - WIRE_S + p.latency_jitter_s * (2 / np.pi) ** 0.5  # late in the mean
+    room = MOST_OFF["lag"] - wire / NOMINAL_LAG_S  # wire and servo together keep within the bound
+    p.joint("lag_s")[:] += NOMINAL_LAG_S * (_spread(rng, 0.025, 0.01, JOINTS, room) - 1)
     p.joint("play_rad")[:] = np.radians(rng.uniform(0.0, 0.05, JOINTS))
     p.joint("coulomb_nm")[:] = rng.uniform(0.003, 0.02, JOINTS)
     p.ground[4] = rng.uniform(0.0, 0.002)  # the supply gives way a little when all motors pull
-    p.latency_s, p.latency_jitter_s = rng.uniform(0.0005, 0.0015), 0.0002
     p.clock_ppm = rng.normal(0.0, 20.0)
     p.reading_noise_rad[:] = np.radians(rng.uniform(0.03, 0.06))
     p.pose_noise_m, p.pose_noise_rad = 0.001, radians(0.1)

@@ -7,8 +7,9 @@ the one on the user's bench.
 
 from __future__ import annotations
 
-from snakebot.conformance.bench import Bench, HostStalledError, NotApplicableError, ViolationError
+from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import Case, Outcome, Verdict, cases, run_case
+from snakebot.conformance.violations import HostStalledError, NotApplicableError, ViolationError
 
 __all__ = [
     "Bench",

@@ -1,56 +1,21 @@
-"""A host's hands on a board it knows nothing of: frames out, frames in, and patience."""
+"""A host's hands on a board it knows nothing of: ask who it is, bring it into a mode, limit it, move its joints."""
 
 from __future__ import annotations
 
 import math
 import random
-from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
 
 from firmware_protocol import catalogue as msg
-from firmware_protocol.assembly import Sample, SampleAssembler, setpoint_messages
-from firmware_protocol.catalogue import (
-    Fault,
-    JointMode,
-    LimitKind,
-    Message,
-    Mode,
-    Result,
-    decode,
-    encode,
-    frame_id,
-)
-from firmware_protocol.frame import Frame, ProtocolError
+from firmware_protocol.assembly import Sample, setpoint_messages
+from firmware_protocol.catalogue import Fault, JointMode, LimitKind, Mode, Result
 from snakebot.clock import Clock
+from snakebot.conformance.exchange import Exchange
+from snakebot.conformance.violations import HostStalledError, ViolationError, expect
 from snakebot.links.base import Link
 
-M = TypeVar("M", bound=Message)
-
 LIMIT_STEP = 0.002  # one bit of a limit on the wire
-_PATIENCE_S = 1.0  # for an answer that must come at once
-_RETRY_S = 0.25
-_NAP_S = 0.002  # longest wait in one go: a longer gap between two looks at the clock is our own stall
-_TRAFFIC_KEPT = 30
 _TIME_MASK = 0xFFFFFFFF
-
-
-class ViolationError(AssertionError):
-    """The board has broken a rule: the text says what was expected and what was seen."""
-
-
-class NotApplicableError(Exception):
-    """This board, or this bench, cannot be asked that."""
-
-
-class HostStalledError(Exception):
-    """This computer was too late for the case to mean anything."""
-
-
-def expect(condition: object, what: str) -> None:
-    """Raise a violation that says ``what``."""
-    if not condition:
-        raise ViolationError(what)
 
 
 def passed_us(later: int, earlier: int) -> int:
@@ -58,8 +23,8 @@ def passed_us(later: int, earlier: int) -> int:
     return (later - earlier) & _TIME_MASK
 
 
-class Bench:
-    """A board at the end of a link.
+class Bench(Exchange):
+    """A board at the end of a link, and what a lab can do to it.
 
     Args:
         link: open; the caller closes it.
@@ -81,8 +46,7 @@ class Bench:
         nudge_rad: float = 0.05,
         seed: int = 0,
     ) -> None:
-        self.link = link
-        self.clock = clock
+        super().__init__(link, clock)
         self.send_bytes = send_bytes
         self.reset = reset
         self.tolerance_s = tolerance_s
@@ -92,123 +56,10 @@ class Bench:
         self.host, self.other = 0x5EED0001, 0x5EED0002
         self.info: msg.InfoProtocol | None = None
         self.firmware: msg.InfoFirmware | None = None
-        self.heard: list[Message] = []  # since the case began
-        self.samples: list[Sample] = []  # complete ones, since the case began
-        self.unreadable = 0
-        self.sent = 0  # frames, since the bench was made
         self.sequence = 0
-        self._assembler: SampleAssembler | None = None
-        self._token = 0
-        self._stalled_s = 0.0
-        self._looked_s = clock.now_s()
-        self._traffic: deque[str] = deque(maxlen=_TRAFFIC_KEPT)
         self._built_in: dict[tuple[int, LimitKind], float] = {}
         self._tightened: set[tuple[int, LimitKind]] = set()
         self._turned: set[int] = set()  # joints whose mode was changed
-
-    # -- frames ------------------------------------------------------------------------------------------------------
-
-    def send_frames(self, frames: Sequence[Frame]) -> None:
-        for frame in frames:
-            self._note(">", frame)
-        self.link.send(frames)
-        self.sent += len(frames)
-
-    def send(self, *messages: Message) -> None:
-        self.send_frames([encode(message) for message in messages])
-
-    def _note(self, way: str, frame: Frame) -> None:
-        try:
-            shown: object = decode(frame)
-        except ProtocolError:
-            shown = "no message of the catalogue"
-        self._traffic.append(f"{self.clock.now_s():.4f} {way} {frame}  {shown}")
-
-    def traffic(self) -> list[str]:
-        """The last frames both ways, decoded."""
-        return list(self._traffic)
-
-    def stalled_s(self) -> float:
-        """The longest time in which this computer did not look, since the case began."""
-        return self._stalled_s
-
-    def _hear(self, until_s: float) -> list[Message]:
-        """One look at the link."""
-        before_s = self.clock.now_s()
-        nap_s = max(min(until_s - before_s, _NAP_S), 0.0)
-        frames = self.link.receive(nap_s)
-        now_s = self.clock.now_s()
-        self._stalled_s = max(self._stalled_s, before_s - self._looked_s, now_s - before_s - nap_s)
-        self._looked_s = now_s
-        said = []
-        for frame in frames:
-            self._note("<", frame)
-            try:
-                message = decode(frame)
-            except ProtocolError as error:
-                self.unreadable += 1
-                raise ViolationError(f"the board sent what is no message of the catalogue: {error}") from None
-            said.append(message)
-            if isinstance(message, msg.State | msg.Measured | msg.Applied) and self._assembler is not None:
-                sample = self._assembler.add(message)
-                if sample is not None:
-                    self.samples.append(sample)
-        self.heard += said
-        return said
-
-    def listen(self, for_s: float) -> list[Message]:
-        """All that the board says in that time."""
-        until_s = self.clock.now_s() + for_s
-        said = self._hear(until_s)
-        while self.clock.now_s() < until_s:
-            said += self._hear(until_s)
-        return said
-
-    def wait(self, kind: type[M], timeout_s: float = _PATIENCE_S, **values: object) -> M:
-        """The next message of a kind with these values.
-
-        Raises:
-            ViolationError: it did not come in time.
-        """
-        until_s = self.clock.now_s() + timeout_s
-        while True:
-            found: M | None = None
-            for message in self._hear(until_s):
-                right = all(getattr(message, name, None) == value for name, value in values.items())
-                if found is None and isinstance(message, kind) and right:
-                    found = message
-            if found is not None:
-                return found
-            if self.clock.now_s() >= until_s:
-                wanted = ", ".join(f"{name}={value!r}" for name, value in values.items())
-                raise ViolationError(f"no {kind.__name__}({wanted}) within {timeout_s:g} s")
-
-    def ask(self, request: Any) -> msg.Acknowledge:
-        """A request's acknowledgement, repeated as a host would.
-
-        Raises:
-            ViolationError: none came, or one that names another request.
-        """
-        for attempt in range(4):
-            self.send(request)
-            try:
-                answer = self.wait(msg.Acknowledge, _RETRY_S, token=request.token)
-            except ViolationError:
-                if attempt == 3:
-                    raise ViolationError(
-                        f"{type(request).__name__} was not acknowledged in 4 tries"
-                    ) from None
-                continue
-            expect(
-                answer.request == frame_id(type(request)),
-                f"an Acknowledge must name the request's identifier, {frame_id(type(request))}, not {answer.request}",
-            )
-            return answer
-        raise AssertionError("not reached")
-
-    def token(self) -> int:
-        self._token = (self._token + 1) % 256
-        return self._token
 
     # -- state -------------------------------------------------------------------------------------------------------
 
@@ -242,8 +93,7 @@ class Bench:
             firmware = next((m for m in found if isinstance(m, msg.InfoFirmware)), None)
             if protocol is not None and firmware is not None:
                 self.info, self.firmware = protocol, firmware
-                if self._assembler is None or self._assembler.joints != protocol.joints:
-                    self._assembler = SampleAssembler(protocol.joints)
+                self.sample_joints(protocol.joints)
                 return protocol, firmware, serial
         raise ViolationError(
             "InfoRequest must be answered by InfoProtocol, InfoFirmware and InfoSerial, all three"
@@ -277,10 +127,7 @@ class Bench:
         for joint, kind in sorted(self._tightened):
             self.ask(msg.LimitRequest(self.token(), joint, kind, self._built_in[joint, kind], self.host))
         self._tightened.clear()
-        self._hear(self.clock.now_s())
-        self.heard.clear()
-        self.samples.clear()
-        self._stalled_s, self._looked_s = 0.0, self.clock.now_s()
+        self.begin()
 
     def make_safe(self) -> None:
         """Disarm, by an emergency stop where another host holds the board."""

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 
-from snakebot.conformance.bench import Bench, HostStalledError, NotApplicableError, ViolationError
+from snakebot.conformance.bench import Bench
+from snakebot.conformance.violations import HostStalledError, NotApplicableError, ViolationError
 
 _MODULES = ("identity", "frames", "setpoints", "watchdog", "modes", "joints", "limits", "reboot")
 _TRIES = 5  # of a case in which this computer, not the board, was late

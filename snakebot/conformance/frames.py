@@ -19,8 +19,9 @@ from firmware_protocol.catalogue import (
 )
 from firmware_protocol.frame import Frame
 from firmware_protocol.framing import pack
-from snakebot.conformance.bench import Bench, NotApplicableError, expect
+from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
+from snakebot.conformance.violations import NotApplicableError, expect
 
 _REQUESTS = ("ModeRequest", "JointModeRequest", "LimitRequest", "TrimRequest", "ZeroRequest")
 _NO_BYTES = "raw bytes cannot be put on this link"

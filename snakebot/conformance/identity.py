@@ -15,8 +15,9 @@ from firmware_protocol.catalogue import (
     State,
     catalogue_hash,
 )
-from snakebot.conformance.bench import Bench, expect, passed_us
+from snakebot.conformance.bench import Bench, passed_us
 from snakebot.conformance.case import case
+from snakebot.conformance.violations import expect
 
 
 @case(

@@ -18,8 +18,9 @@ from firmware_protocol.catalogue import (
     encode,
 )
 from firmware_protocol.frame import Frame
-from snakebot.conformance.bench import Bench, NotApplicableError, expect
+from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
+from snakebot.conformance.violations import NotApplicableError, expect
 
 Make = Callable[[int, int, int], Message]  # token, joint, host
 

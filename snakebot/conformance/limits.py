@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from firmware_protocol.catalogue import LimitKind, Mode, Result
-from snakebot.conformance.bench import LIMIT_STEP, Bench, expect
+from snakebot.conformance.bench import LIMIT_STEP, Bench
 from snakebot.conformance.case import case
+from snakebot.conformance.violations import expect
 from snakebot.gait.limits import SlewLimiter
 
 _SPEED, _ACCELERATION = 0.6, 4.0

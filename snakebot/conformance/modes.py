@@ -18,8 +18,9 @@ from firmware_protocol.catalogue import (
     frame_id,
 )
 from firmware_protocol.frame import Frame
-from snakebot.conformance.bench import Bench, expect
+from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
+from snakebot.conformance.violations import expect
 
 ALLOWED = {
     (Mode.DISARMED, Mode.ARMED),

@@ -5,8 +5,9 @@ from __future__ import annotations
 import itertools
 
 from firmware_protocol.catalogue import JointMode, Mode, Result, State
-from snakebot.conformance.bench import Bench, NotApplicableError, expect
+from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
+from snakebot.conformance.violations import NotApplicableError, expect
 
 
 def _press(bench: Bench) -> None:

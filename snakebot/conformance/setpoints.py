@@ -10,8 +10,9 @@ from firmware_protocol.assembly import groups, setpoint_messages
 from firmware_protocol.catalogue import Latch, Message, Mode, Setpoint, State, encode
 from firmware_protocol.frame import Frame
 from firmware_protocol.framing import pack
-from snakebot.conformance.bench import Bench, NotApplicableError, expect
+from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
+from snakebot.conformance.violations import NotApplicableError, expect
 
 _SHORT_S = 0.0005  # an interval that many set-points at once are still in time with
 

@@ -11,8 +11,9 @@ from firmware_protocol.catalogue import (
     Result,
     State,
 )
-from snakebot.conformance.bench import Bench, expect, passed_us
+from snakebot.conformance.bench import Bench, passed_us
 from snakebot.conformance.case import case
+from snakebot.conformance.violations import expect
 
 _WATCHDOG_US = 100_000
 _EARLY_US = 200  # rounding of a clock

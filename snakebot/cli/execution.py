@@ -50,7 +50,12 @@ def execute(
     check_rate(options["rate"])
     clock = VirtualClock() if options["fast"] else MonotonicClock()
     port = options["port"]
-    link = open_port(port, clock, robot, options["effects"], options["seed"], virtual=options["fast"])
+    simulated = robot
+    if options.get("lifted"):
+        from snakebot.lifted import lifted
+
+        simulated = lifted(robot)
+    link = open_port(port, clock, simulated, options["effects"], options["seed"], virtual=options["fast"])
     with contextlib.closing(link):
         board = Board(link, clock)
         info = board.connect()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -91,7 +92,7 @@ def _row(summary: LogSummary) -> tuple[str, ...]:
         summary.state,
         str(summary.ticks),
         f"{summary.duration_s:.1f}",
-        _gait_text(about.get("gait")),
+        _motion_text(about),
         f"{speed:.4g}" if isinstance(speed, (int, float)) else "-",
         _plain(about.get("robot", "-")) + (" (simulated)" if about.get("simulated") else ""),
     )
@@ -246,9 +247,11 @@ def _plain(text: object) -> str:
     return "".join(char if char.isprintable() else "?" for char in str(text))
 
 
-def _gait_text(gait: Any) -> str:
+def _motion_text(about: Mapping[str, Any]) -> str:
+    """The gait, or the probe, of a run."""
+    gait = about.get("gait")
     if not isinstance(gait, dict):
-        return "-"
+        return _plain(about.get("probe", "-"))
     values = [gait.get(key) for key in ("alpha_deg", "beta_deg", "omega_rad_s")]
     return " ".join(f"{value:g}" if isinstance(value, (int, float)) else "?" for value in values)
 

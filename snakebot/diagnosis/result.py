@@ -143,9 +143,14 @@ class GaitDegrees(_Part):
 
 
 class NextExperiment(_Part):
-    """The motion that best separates what is still open. ``gait`` is null when it is a probe: see ``motion``."""
+    """The motion that best separates what is still open: either ``gait`` or ``probe`` (as after ``--probe``).
+
+    ``lifted``: off the ground. ``separates``: pairs that it tells apart.
+    """
 
     gait: GaitDegrees | None
+    probe: str | None = None
+    lifted: bool = False
     motion: str
     separates: tuple[tuple[str, ...], ...]
     expected_probability_after: Share

@@ -1,10 +1,24 @@
-"""Reference motions and their limits: the serpentine wave (eq. 27), its ramps and changes, and what a joint may do."""
+"""Reference motions: the serpentine wave (eq. 27), probes, ramps and changes; and what a joint may do."""
 
 from __future__ import annotations
 
 from snakebot.gait.limits import SlewLimiter, check_motion
 from snakebot.gait.motion import GaitMotion, Motion, SampledMotion
 from snakebot.gait.named import load_gait
+from snakebot.gait.probe import Probe, parse_probe
+from snakebot.gait.probe_motion import ProbeMotion, probe_span_s
 from snakebot.gait.wave import Gait
 
-__all__ = ["Gait", "GaitMotion", "Motion", "SampledMotion", "SlewLimiter", "check_motion", "load_gait"]
+__all__ = [
+    "Gait",
+    "GaitMotion",
+    "Motion",
+    "Probe",
+    "ProbeMotion",
+    "SampledMotion",
+    "SlewLimiter",
+    "check_motion",
+    "load_gait",
+    "parse_probe",
+    "probe_span_s",
+]

@@ -52,14 +52,8 @@ def check_motion(motion: Motion, robot: Robot, t_from_s: float = 0.0) -> None:
             joint = int(over[np.argmax(worst[over] / limit[over])])
             raise BadInputError(
                 f"joint {joint + 1}: the motion asks for {name} {worst[joint]:.4g} {unit}, "
-                f"robot {robot.name!r} allows {limit[joint]:.4g} {unit}{_advice(name)}"
+                f"robot {robot.name!r} allows {limit[joint]:.4g} {unit}{motion.advice(name)}"
             )
-
-
-def _advice(name: str) -> str:
-    if name == "angle":
-        return ": lower --alpha or --offset"
-    return ": lower --omega or --alpha, or lengthen --ramp"
 
 
 class SlewLimiter:

@@ -55,6 +55,10 @@ class Motion(ABC):
         """Set-points of shape (T, joints)."""
         return np.array([self.angles(t) for t in t_s]).reshape(len(t_s), self.joints)
 
+    def advice(self, limit: str) -> str:
+        """What to change where ``limit`` (angle, speed or acceleration) is broken, to follow a message; or nothing."""
+        return ""
+
 
 @dataclass(frozen=True, slots=True)
 class _Change:
@@ -127,6 +131,11 @@ class GaitMotion(Motion):
         other = copy.copy(self)
         other.duration_s = min(self.duration_s, t_s + self.ramp_s)
         return other
+
+    def advice(self, limit: str) -> str:
+        if limit == "angle":
+            return ": lower --alpha or --offset"
+        return ": lower --omega or --alpha, or lengthen --ramp"
 
     def _wave(self, t_s: float) -> tuple[float, Gait]:
         """Phase of joint 1 (rad) and the blended gait at one time."""

@@ -10,7 +10,7 @@ import numpy as np
 from snakebot.runlog.run import Run
 
 SAME_COMMAND = 0.02  # rms difference over rms of the command; what is left is the jitter of the ticks
-_CIRCUMSTANCES = ("faults", "effects", "robot", "port", "simulated")
+_CIRCUMSTANCES = ("faults", "effects", "robot", "port", "simulated", "lifted")
 
 
 def mark_repeats(runs: Sequence[Run]) -> tuple[Run, ...]:

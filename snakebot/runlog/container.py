@@ -11,6 +11,7 @@ import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
@@ -24,10 +25,10 @@ from mcap.writer import MCAP0_MAGIC
 from snakebot.errors import UnreadableLogError
 from snakebot.runlog import channels
 
-MAX_CHUNK_BYTES = 64 << 20  # decompressed; ours have about 256 KiB
-MAX_RECORD_BYTES = 80 << 20  # as stored
+MAX_CHUNK_BYTES = 8 << 20  # decompressed; ours have about 256 KiB
+MAX_RECORD_BYTES = 64 << 20  # as stored
 MAX_TOTAL_BYTES = 2 << 30  # decompressed: an hour at 500 Hz and 5 joints is 1.5 GB
-MAX_RATIO = 400  # decompressed to stored, beyond the first 64 MiB: more is a decompression bomb, not a log
+MAX_RATIO = 400  # decompressed to stored, beyond the first 8 MiB: more is a decompression bomb, not a log
 MAX_CHANNELS = 1024
 
 _RECORD = struct.Struct("<BQ")
@@ -50,6 +51,12 @@ class Container:
     complete: bool = False  # closed properly: data end, footer and closing magic are there
     bytes_read: int = 0  # decompressed
 
+    @cached_property
+    def allowed_bytes(self) -> int:
+        """Decompressed, in all; 10 kB may unpack to 12 MiB."""
+        stored = self.path.stat().st_size if self.path.is_file() else 0
+        return min(MAX_TOTAL_BYTES, MAX_CHUNK_BYTES + MAX_RATIO * stored)
+
     def chunks(self) -> Iterator[list[Message]]:
         """The messages, a list a chunk, in the order of the file.
 
@@ -61,7 +68,8 @@ class Container:
                 if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                     raise UnreadableLogError(f"{self.path}: not an MCAP log")
                 self._header(file)
-                for data in self._records(file, self.path.stat().st_size):
+                size = self.path.stat().st_size
+                for data in self._records(file, size):
                     yield self._cut(data)
         except OSError as error:
             raise UnreadableLogError(f"{self.path}: cannot read the log: {error.strerror or error}") from None
@@ -97,11 +105,11 @@ class Container:
                 self.problems.append(f"damaged at byte {offset}: what follows was not read")
             else:
                 data_ended = data_ended or opcode == Opcode.DATA_END
-                yield from self._record(file, opcode, length, offset, size)
+                yield from self._record(file, opcode, length, offset)
                 continue
             return
 
-    def _record(self, file: BinaryIO, opcode: int, length: int, offset: int, size: int) -> Iterator[bytes]:
+    def _record(self, file: BinaryIO, opcode: int, length: int, offset: int) -> Iterator[bytes]:
         if opcode not in (Opcode.CHUNK, Opcode.ATTACHMENT, Opcode.METADATA):
             file.seek(length, 1)  # indexes, schemas, statistics: nothing that the rows need
             return
@@ -112,12 +120,12 @@ class Container:
         body = file.read(length)
         try:
             if opcode == Opcode.CHUNK:
-                yield self._chunk(body, offset, size)
+                yield self._chunk(body, offset)
             elif opcode == Opcode.METADATA:
-                self._admit(length, size, offset)
+                self._admit(length)
                 self.metadata.append(Metadata.read(ReadDataStream(BytesIO(body))))
             else:
-                self._admit(length, size, offset)
+                self._admit(length)
                 self._attachment(body)
         except (McapError, struct.error, UnicodeDecodeError, ValueError):
             what = "chunk" if opcode == Opcode.CHUNK else Opcode(opcode).name.lower()
@@ -130,7 +138,7 @@ class Container:
             raise ValueError("checksum")
         self.attachments[attachment.name] = attachment
 
-    def _chunk(self, body: bytes, offset: int, file_size: int) -> bytes:
+    def _chunk(self, body: bytes, offset: int) -> bytes:
         _, _, size, crc = _CHUNK.unpack_from(body)
         at = _CHUNK.size
         (name_length,) = struct.unpack_from("<I", body, at)
@@ -140,21 +148,21 @@ class Container:
         stored = memoryview(body)[at + 8 :]
         if stored_size != len(stored):
             raise ValueError("size")
-        self._admit(size, file_size, offset)
+        if size > MAX_CHUNK_BYTES:
+            raise UnreadableLogError(
+                f"{self.path}: byte {offset}: a chunk of {size} bytes is no log's; not read"
+            )
+        self._admit(size)
         data = _decompress(stored, compression, size)
         if len(data) != size or zlib.crc32(data) != crc:
             raise ValueError("checksum")
         return data
 
-    def _admit(self, size: int, file_size: int, offset: int) -> None:
-        if size > MAX_CHUNK_BYTES:
-            raise UnreadableLogError(
-                f"{self.path}: byte {offset}: a record of {size} bytes is no log's; not read"
-            )
+    def _admit(self, size: int) -> None:
         self.bytes_read += size
-        if self.bytes_read > min(MAX_TOTAL_BYTES, MAX_CHUNK_BYTES + MAX_RATIO * file_size):
+        if self.bytes_read > self.allowed_bytes:
             raise UnreadableLogError(
-                f"{self.path}: unpacks to more than {self.bytes_read >> 20} MiB; not read"
+                f"{self.path}: unpacks to more than {self.allowed_bytes >> 20} MiB; not read"
             )
 
     def _cut(self, data: bytes) -> list[Message]:

@@ -119,14 +119,15 @@ class RunLog:
     def to_run(self) -> Run:
         """The run as analysis and diagnosis take it: the command is what was sent after limits.
 
-        Of ticks with the same time (no run of ours has any) the first is taken.
+        Of ticks with the same time (no run of ours has any) the first is taken, and none without a time.
 
         Raises:
             BadInputError: the log holds no tick.
         """
-        if not self.t_s.size:
+        timed = np.isfinite(self.t_s)  # those without a time are the last: ticks are ordered by it
+        if not timed.any():
             raise BadInputError(f"{self.path}: the log holds no ticks")
-        keep = np.concatenate(([True], np.diff(self.t_s) > 0))
+        keep = timed & np.concatenate(([True], self.t_s[1:] > self.t_s[:-1]))
         t_s = self.t_s[keep]
         pose = self.pose_at(t_s) if self.pose_t_s.size else None
         applied = self.applied_rad[keep]

@@ -1,7 +1,7 @@
 """Reads a run log, finished or not, into numpy arrays.
 
-JSON is decoded a few MiB at a time (one call of orjson for thousands of messages), so that memory is bounded
-by the arrays and not by the objects they are made from.
+JSON is decoded about a MiB at a time (one call of orjson for thousands of messages), so that memory is bounded
+by the arrays and not by the objects they are made from: an empty list takes 2 bytes in a file and 64 in memory.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import orjson
 from numpy.typing import NDArray
 
 from snakebot.errors import BadInputError, UnreadableLogError
-from snakebot.robot import Robot, robot_from_mapping
+from snakebot.robot import MAX_LINKS, Robot, robot_from_mapping
 from snakebot.runlog.channels import (
     EVENTS,
     FRAMES,
@@ -37,6 +37,9 @@ from snakebot.runlog.records import Event, RawFrame
 from snakebot.safe_yaml import load_yaml
 
 MAX_NAMES = 1024  # of counters or readings: one message is one array cell for each
+MAX_MESSAGE_BYTES = 1 << 20
+BATCH_MESSAGES = 8192  # decoded at once,
+BATCH_BYTES = 1 << 20  # or fewer if they are long
 
 
 class LogWarning(UserWarning):
@@ -53,20 +56,11 @@ def read_log(path: str | os.PathLike[str]) -> RunLog:
         UnreadableLogError: no log of snakebot, or one that would need more memory than any log does.
     """
     container = Container(Path(path))
-    joints, poses, link, telemetry = JointsTable(), PoseTable(), NumbersTable(), NumbersTable()
-    tables: dict[str, Table] = {
-        JOINTS.topic: joints,
-        POSE.topic: poses,
-        EVENTS.topic: Table(),
-        LINK.topic: link,
-        FRAMES.topic: Table(),
-        TELEMETRY.topic: telemetry,
-    }
+    tables = Tables(container)
     try:
         with _collector_paused():
-            _fill(container, tables)
-        rows = {topic: table.rows for topic, table in tables.items()}
-        return _assemble(container, joints, poses, link, telemetry, rows)
+            _fill(container, tables.by_topic)
+        return _assemble(container, tables)
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
         why = f"{type(error).__name__}: {error}"
         raise UnreadableLogError(f"{path}: a message does not fit its schema ({why})") from None
@@ -96,7 +90,7 @@ def _fill(container: Container, tables: dict[str, Table]) -> None:
                 table.pending.append(data)
                 table.publish_ns.append(publish_ns)
         for table in tables.values():
-            if len(table.pending) > table.batch_messages:
+            if len(table.pending) > BATCH_MESSAGES:
                 table.decode()
     for table in tables.values():
         table.decode()
@@ -105,25 +99,35 @@ def _fill(container: Container, tables: dict[str, Table]) -> None:
 
 
 class Table:
-    """The messages of one channel: bytes until there are many, then decoded (here: rows as they are)."""
-
-    batch_messages = 8192
+    """The messages of one channel: bytes until there are many, then decoded."""
 
     def __init__(self) -> None:
         self.pending: list[bytes] = []
         self.publish_ns: list[int] = []
-        self.rows: list[Any] = []
 
     def decode(self) -> None:
-        if self.pending:
-            rows = orjson.loads(b"[" + b",".join(self.pending) + b"]")
-            if len(rows) != len(self.pending):
+        pending, self.pending = self.pending, []
+        batch: list[bytes] = []
+        size = 0
+        for data in pending:
+            if len(data) > MAX_MESSAGE_BYTES:
+                raise ValueError(f"{len(data)} bytes")
+            batch.append(data)
+            size += len(data)
+            if size > BATCH_BYTES or len(batch) == BATCH_MESSAGES:
+                self._decode(batch)
+                batch, size = [], 0
+        self._decode(batch)
+
+    def _decode(self, batch: list[bytes]) -> None:
+        if batch:
+            rows = orjson.loads(b"[" + b",".join(batch) + b"]")
+            if len(rows) != len(batch):
                 raise ValueError("not one JSON object a message")
             self.store(rows)
-            self.pending = []
 
     def store(self, rows: list[Any]) -> None:
-        self.rows.extend(rows)
+        raise NotImplementedError
 
 
 class JointsTable(Table):
@@ -136,6 +140,8 @@ class JointsTable(Table):
 
     def store(self, rows: list[Any]) -> None:
         nothing = [None] * len(rows[0]["setpoint_rad"])
+        if len(nothing) >= MAX_LINKS:
+            raise ValueError(f"{len(nothing)} joints")
         columns: dict[str, NDArray[Any]] = {}
         for name in self.SCALARS:
             kind = np.int64 if name == "sequence" else np.float64
@@ -173,11 +179,43 @@ class PoseTable(Table):
         return np.concatenate(self.parts) if self.parts else np.empty((0, 5))
 
 
+class EventsTable(Table):
+    def __init__(self, allowed_bytes: int) -> None:
+        super().__init__()
+        self.allowed_bytes = allowed_bytes  # as JSON: the details are kept as they are
+        self.events: list[Event] = []
+
+    def _decode(self, batch: list[bytes]) -> None:
+        self.allowed_bytes -= sum(map(len, batch))
+        if self.allowed_bytes < 0:
+            raise ValueError("more text in events than in any log")
+        super()._decode(batch)
+
+    def store(self, rows: list[Any]) -> None:
+        for row in rows:
+            level = level_name(row["level"])
+            self.events.append(
+                Event(float(row["t_s"]), str(row["kind"]), str(row["message"]), level, dict(row["data"]))
+            )
+
+
+class FramesTable(Table):
+    def __init__(self) -> None:
+        super().__init__()
+        self.frames: list[RawFrame] = []
+
+    def store(self, rows: list[Any]) -> None:
+        for row in rows:
+            data = bytes.fromhex(row["data"])
+            self.frames.append(RawFrame(float(row["t_s"]), row["direction"], int(row["id"]), data))
+
+
 class NumbersTable(Table):
     """Named numbers at a time; not every message need have all of them."""
 
-    def __init__(self) -> None:
+    def __init__(self, allowed_bytes: int) -> None:
         super().__init__()
+        self.allowed_bytes = allowed_bytes  # of the arrays
         self.t_s: list[float] = []
         self.values: dict[str, dict[int, float]] = {}
 
@@ -190,6 +228,8 @@ class NumbersTable(Table):
             self.t_s.append(row["t_s"])
             if len(self.values) > MAX_NAMES:
                 raise ValueError(f"more than {MAX_NAMES} different names")
+        if 8 * len(self.values) * len(self.t_s) > self.allowed_bytes:
+            raise ValueError(f"{len(self.values)} names at {len(self.t_s)} times")
 
     def columns(self) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
         columns = {}
@@ -199,14 +239,26 @@ class NumbersTable(Table):
         return np.array(self.t_s, dtype=np.float64), columns
 
 
-def _assemble(
-    container: Container,
-    joints: JointsTable,
-    poses: PoseTable,
-    link: NumbersTable,
-    telemetry: NumbersTable,
-    rows: dict[str, list[Any]],
-) -> RunLog:
+class Tables:
+    """All tables of a log being read; what they may hold goes with what the file may unpack to."""
+
+    def __init__(self, container: Container) -> None:
+        allowed = container.allowed_bytes
+        self.joints, self.poses, self.frames = JointsTable(), PoseTable(), FramesTable()
+        self.events = EventsTable(allowed // 4)
+        self.link, self.telemetry = NumbersTable(allowed), NumbersTable(allowed)
+        self.by_topic: dict[str, Table] = {
+            JOINTS.topic: self.joints,
+            POSE.topic: self.poses,
+            EVENTS.topic: self.events,
+            LINK.topic: self.link,
+            FRAMES.topic: self.frames,
+            TELEMETRY.topic: self.telemetry,
+        }
+
+
+def _assemble(container: Container, tables: Tables) -> RunLog:
+    joints = tables.joints
     metadata, damaged = merge_metadata(container.metadata)
     problems = [*container.problems, *damaged]
     attachments = {name: item.data for name, item in container.attachments.items()}
@@ -216,9 +268,9 @@ def _assemble(
     column = {name: values[order] for name, values in column.items()}
     if column["setpoint_rad"].shape[1] != robot.joints:
         raise ValueError(f"{column['setpoint_rad'].shape[1]} joints recorded, the robot has {robot.joints}")
-    pose = poses.array()
-    link_t_s, counters = link.columns()
-    telemetry_t_s, readings = telemetry.columns()
+    pose = tables.poses.array()
+    link_t_s, counters = tables.link.columns()
+    telemetry_t_s, readings = tables.telemetry.columns()
     log = RunLog(
         path=container.path,
         robot=robot,
@@ -239,15 +291,12 @@ def _assemble(
         pose_t_s=pose[:, 0],
         pose=pose[:, 1:4],
         pose_speed_m_s=pose[:, 4],
-        events=tuple(_events(rows[EVENTS.topic])),
+        events=tuple(tables.events.events),
         link_t_s=link_t_s,
         link=counters,
         telemetry_t_s=telemetry_t_s,
         telemetry=readings,
-        frames=tuple(
-            RawFrame(float(row["t_s"]), row["direction"], int(row["id"]), bytes.fromhex(row["data"]))
-            for row in rows[FRAMES.topic]
-        ),
+        frames=tuple(tables.frames.frames),
     )
     _warn(container.path, problems)
     return log
@@ -280,9 +329,3 @@ def _robot(
         return robot_from_mapping({"joints": vectors[0].shape[1] if vectors else metadata["joints"]}, where)
     except BadInputError as error:
         raise UnreadableLogError(str(error)) from None
-
-
-def _events(rows: list[Any]) -> Iterator[Event]:
-    for row in rows:
-        level = level_name(row["level"])
-        yield Event(float(row["t_s"]), str(row["kind"]), str(row["message"]), level, dict(row["data"]))

@@ -22,7 +22,9 @@ MAX_LINE_BYTES = 64 << 10
 MAX_COLUMNS = 1024
 MAX_CELLS = 50_000_000  # 400 MB of float64
 MAX_BYTES = 1 << 30  # decompressed text
-BLOCK_ROWS = 4096
+FREE_BYTES = 32 << 20  # a table may unpack to this, however small its file; beyond it:
+MAX_RATIO = 400  # unpacked to stored: more is a decompression bomb, not measurements
+BLOCK_CELLS = 1 << 17  # read as text at once: a cell takes 8 bytes as a number, 100 until it is one
 
 TABLE_SUFFIXES = (".csv", ".csv.gz", ".parquet")
 Column = NDArray[np.float64]
@@ -74,17 +76,23 @@ def read_table(
 def _lines(path: Path, file: BinaryIO | gzip.GzipFile) -> Iterator[str]:
     total = 0
     row = 0
+    allowed = _allowed_bytes(path)
     while line := file.readline(MAX_LINE_BYTES):
         row += 1
         total += len(line)
         if len(line) == MAX_LINE_BYTES and not line.endswith(b"\n"):
             raise BadInputError(f"{path}: row {row}: longer than {MAX_LINE_BYTES >> 10} KiB; not a table")
-        if total > MAX_BYTES:
-            raise BadInputError(f"{path}: unpacks to more than {MAX_BYTES >> 20} MiB; not read")
+        if total > allowed:
+            raise BadInputError(f"{path}: unpacks to more than {allowed >> 20} MiB; not read")
         try:
             yield line.decode("utf-8-sig" if row == 1 else "utf-8")
         except UnicodeDecodeError:
             raise BadInputError(f"{path}: row {row}: not UTF-8 text") from None
+
+
+def _allowed_bytes(path: Path) -> int:
+    """What a table may unpack to."""
+    return min(MAX_BYTES, FREE_BYTES + MAX_RATIO * path.stat().st_size)
 
 
 def _read_csv(
@@ -108,6 +116,7 @@ def _read_csv(
     except csv.Error as error:
         raise BadInputError(f"{path}: row {dialect.skip_rows + reader.line_num}: {error}") from None
     array = np.concatenate(blocks) if blocks else np.empty((0, len(header)))
+    del blocks
     columns = {name: array[:, i].copy() for i, name in enumerate(header) if not texts[i]}
     return Table(columns, tuple(name for i, name in enumerate(header) if texts[i]), first_row)
 
@@ -128,7 +137,7 @@ _Row = tuple[int, list[str]]
 
 
 def _block(path: Path, reader: Any, width: int, dialect: Dialect) -> list[_Row]:
-    """Up to BLOCK_ROWS rows with their row numbers; blank lines at the end of the file are no rows."""
+    """About BLOCK_CELLS cells, as rows with their row numbers; blank lines at the end of the file are no rows."""
     rows: list[_Row] = []
     for cells in reader:
         row = dialect.skip_rows + reader.line_num
@@ -139,7 +148,7 @@ def _block(path: Path, reader: Any, width: int, dialect: Dialect) -> list[_Row]:
         if dialect.decimal != ".":
             cells = [cell.replace(dialect.decimal, ".") for cell in cells]
         rows.append((row, cells))
-        if len(rows) == BLOCK_ROWS:
+        if len(rows) * width >= BLOCK_CELLS:
             break
     return rows
 
@@ -204,7 +213,8 @@ def _parquet_columns(path: Path, file: Any, must_be_numbers: frozenset[str] | No
     names = list(schema.names)
     _check_header(path, names)
     unpacked = sum(about.row_group(i).total_byte_size for i in range(about.num_row_groups))
-    if about.num_rows * max(1, len(names)) > MAX_CELLS or unpacked > MAX_BYTES:
+    cells, allowed = about.num_rows * max(1, len(names)), _allowed_bytes(path)
+    if cells > MAX_CELLS or 8 * cells > allowed or unpacked > allowed:
         raise BadInputError(f"{path}: {about.num_rows} rows of {len(names)} columns are too many; not read")
     texts = []
     for field in schema:

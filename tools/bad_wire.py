@@ -7,16 +7,18 @@
         stands between a real host and a real board: prints the pseudo-terminal to give to `snakebot run --port`
     tools/bad_wire.py proxy --board socket://127.0.0.1:5555 --tcp 5556
         the same with a TCP port, on this computer only
-    tools/bad_wire.py bus --board udp_multicast/239.74.163.2 --host udp_multicast/239.74.163.3
-        between two CAN channels (any python-can interface)
+    tools/bad_wire.py bus --board udp_multicast/239.74.163.2 --host udp_multicast/239.74.163.2?port=43114
+        between two CAN channels (any python-can interface; multicast groups are kept apart by their port alone)
 
-Ctrl-C ends a proxy and prints what it did to each direction.
+Ctrl-C ends a proxy and prints what it did to each direction. With --awful-after a proxy loses half of everything from
+so many seconds after the host's first word on.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 import os
 import select
 import signal
@@ -26,7 +28,8 @@ import sys
 import time
 import tty
 from collections import Counter
-from dataclasses import asdict, fields
+from collections.abc import Sequence
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,11 +38,13 @@ sys.path.insert(0, str(ROOT / "tests" / "wire"))
 
 from wire_bench import Bench  # noqa: E402
 
-from firmware_protocol.frame import Frame  # noqa: E402
 from snakebot.errors import SnakebotError  # noqa: E402
+from snakebot.links.can_link import Role, open_can  # noqa: E402
+from snakebot.links.port import CanPort, parse_port  # noqa: E402
 from snakebot.simboard.disturbance import BadBus, BadStream, Rates  # noqa: E402
 
 _CHUNK = 65536
+_POLL_S = 0.0005  # a bus has no end that one could wait for together with another
 
 
 def runs(options: argparse.Namespace, rates: Rates) -> int:
@@ -77,6 +82,26 @@ def runs(options: argparse.Namespace, rates: Rates) -> int:
     return 0 if safe else 1
 
 
+class Worsening:
+    """Makes both directions lose half of everything, some time after the host has first spoken; never with None."""
+
+    def __init__(self, after_s: float | None, ways: Sequence[BadStream | BadBus]) -> None:
+        self._after_s = after_s
+        self._ways = ways
+        self._due_s: float | None = None
+
+    def look(self, host_spoke: bool) -> None:
+        if self._after_s is None:
+            return
+        if self._due_s is None and host_spoke:
+            self._due_s = time.monotonic() + self._after_s
+        if self._due_s is not None and time.monotonic() >= self._due_s:
+            self._after_s = None
+            for way in self._ways:
+                way.rates = replace(way.rates, flip=0.5, drop=0.5)
+            print("from now on half of everything is lost", flush=True)
+
+
 def _host_end(options: argparse.Namespace) -> tuple[int, Any]:
     """A descriptor that the host's bytes come from, and what must stay open with it."""
     if options.tcp is not None:
@@ -84,9 +109,11 @@ def _host_end(options: argparse.Namespace) -> tuple[int, Any]:
         print(f"--port serial:socket://127.0.0.1:{door.getsockname()[1]} (this computer only)", flush=True)
         host, _ = door.accept()
         host.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        host.setblocking(False)
         return host.fileno(), (door, host)
     master, slave = os.openpty()
     tty.setraw(slave)
+    os.set_blocking(master, False)
     print(f"--port serial:{os.ttyname(slave)}", flush=True)
     return master, slave
 
@@ -112,44 +139,54 @@ def proxy(options: argparse.Namespace, rates: Rates) -> int:
         host: (board, BadStream(rates, 2 * options.seed, now, delimiter)),
         board: (host, BadStream(rates, 2 * options.seed + 1, now, delimiter)),
     }
+    worsening = Worsening(options.awful_after, [way for _, way in ways.values()])
     with contextlib.suppress(KeyboardInterrupt, OSError):
         while True:
             due = [way.due_s for _, way in ways.values() if way.due_s is not None]
-            timeout = max(0.0, min(due) - now()) if due else 1.0
+            timeout = min(max(0.0, min(due, default=math.inf) - now()), 0.1)
             ready, _, _ = select.select(list(ways), [], [], timeout)
+            worsening.look(host in ready)
             for end, (other, way) in ways.items():
                 data = os.read(end, _CHUNK) if end in ready else b""
                 if end in ready and not data:
                     raise OSError
                 out = way(data)
-                while out:
-                    out = out[os.write(other, out) :]
+                with contextlib.suppress(
+                    BlockingIOError
+                ):  # nobody reads: lost, as on a line without a listener
+                    while out:
+                        out = out[os.write(other, out) :]
     _report({"to the board": ways[host][1], "to the host": ways[board][1]})
     return 0
 
 
-def bus(options: argparse.Namespace, rates: Rates) -> int:
-    """Frames between two CAN channels until Ctrl-C."""
-    import can
+def _can_port(where: str) -> CanPort:
+    port = parse_port("can:" + where.removeprefix("can:"))
+    assert isinstance(port, CanPort)
+    return port
 
-    ends = []
-    for where in (options.host, options.board):
-        interface, _, channel = where.partition("/")
-        ends.append(can.Bus(interface=interface, channel=channel))
+
+def bus(options: argparse.Namespace, rates: Rates) -> int:
+    """Frames between two CAN channels until Ctrl-C.
+
+    Each end takes the other side's messages only: some interfaces hand back what we have sent ourselves.
+    """
+    roles: tuple[tuple[str, Role], ...] = ((options.host, "Board"), (options.board, "Host"))
+    ends = [open_can(_can_port(where), role) for where, role in roles]
     ways = [
         BadBus(rates, 2 * options.seed + side, time.monotonic, checked=not options.unchecked)
         for side in (0, 1)
     ]
-    print(f"between {options.host} and {options.board}; Ctrl-C ends it", flush=True)
+    worsening = Worsening(options.awful_after, ways)
+    print(f"--port can:{options.host}", flush=True)
     with contextlib.suppress(KeyboardInterrupt):
         while True:
-            for source, sink, way in ((ends[0], ends[1], ways[0]), (ends[1], ends[0], ways[1])):
-                message = source.recv(0.0005)
-                frames = [] if message is None else [Frame(message.arbitration_id, bytes(message.data))]
-                for frame in way(frames):
-                    sink.send(can.Message(arbitration_id=frame.id, data=frame.data, is_extended_id=False))
+            for side, way in enumerate(ways):
+                frames = ends[side].receive(_POLL_S)
+                worsening.look(bool(frames) and side == 0)
+                ends[1 - side].send(way(frames))
     for end in ends:
-        end.shutdown()
+        end.close()
     _report({"to the board": ways[0], "to the host": ways[1]})
     return 0
 
@@ -175,6 +212,9 @@ def main() -> int:
             command.add_argument("--rate", type=float, default=100.0, help="ticks a second")
         else:
             command.add_argument("--board", required=True, help="where the board is")
+            command.add_argument(
+                "--awful-after", type=float, help="seconds after which half of everything is lost"
+            )
         if name == "proxy":
             command.add_argument("--baud", type=int, default=1_000_000)
             command.add_argument(
@@ -182,7 +222,9 @@ def main() -> int:
             )
             command.add_argument("--slcan", action="store_true", help="the line carries slcan, not COBS")
         if name == "bus":
-            command.add_argument("--host", required=True, help="where the host is: INTERFACE/CHANNEL")
+            command.add_argument(
+                "--host", required=True, help="where the host is: INTERFACE/CHANNEL[?option=...]"
+            )
             command.add_argument("--unchecked", action="store_true", help="pass damaged frames on")
     options = parser.parse_args()
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -190,7 +232,11 @@ def main() -> int:
         rates = Rates(**{field.name: getattr(options, field.name) for field in fields(Rates)})
     except SnakebotError as error:
         parser.error(str(error))
-    return {"runs": runs, "proxy": proxy, "bus": bus}[options.command](options, rates)
+    try:
+        return {"runs": runs, "proxy": proxy, "bus": bus}[options.command](options, rates)
+    except SnakebotError as error:
+        print(f"bad_wire: {error}", file=sys.stderr)
+        return error.exit_status
 
 
 if __name__ == "__main__":

@@ -45,6 +45,13 @@ JOINT_ROWS = (
 LINK_ROWS = ("mass_kg", "half_length_m", "ct", "cn", "ct0", "cn0")
 MASS, HALF, CT, CN, CT0, CN0 = range(len(LINK_ROWS))
 
+# What a servo remembers from step to step (row, joint); and of the whole chain: time, pull of all motors.
+STATE_ROWS = ("motor_rad", "rate_rad_s", "integral_nm", "bristle_rad", "shaped_rad", "shaped_rad_s", "mount_rad",
+              "mount_rad_s", "held_rad")  # fmt: skip
+MOTOR, RATE, INTEGRAL_STATE, BRISTLE_STATE, SHAPED, SHAPED_RATE, SWAY, SWAY_RATE, HELD = range(
+    len(STATE_ROWS)
+)
+
 # The ground as a whole: share of gravity along +x and +y, height and wave number of its bumps, sag of the supply.
 GROUND = ("slope_rad", "bump_m", "bump_rad_m", "bump_phase_rad", "sag_per_nm")
 
@@ -93,42 +100,59 @@ class Chain:
 
         Set-points take hold at ``arrival_s``, rising; before the first one the servos hold the straight pose.
         """
+        return self.start(joints).go_on(joints, ground, arrival_s, setpoint_rad, sample_s)[:3]
+
+    def start(self, joints: Table) -> Going:
+        """The chain at rest, to be moved on bit by bit."""
         data = self._mujoco.MjData(self._model)
         half, mass = self.links[HALF], self.links[MASS]
         centre = np.concatenate(([0.0], np.cumsum(half[:-1] + half[1:])))
         data.qpos[0] = -float(centre @ mass / mass.sum())
-        k = joints.shape[1]
+        state = np.zeros((len(STATE_ROWS), joints.shape[1]))
+        state[MOTOR] = -joints[OFFSET] - joints[ECC] * np.sin(joints[ECC_PHASE])
+        stuck = joints[STUCK] > 0
+        data.qpos[3:][stuck] = joints[STUCK_AT][stuck]
+        return Going(self, data, state)
+
+
+class Going:
+    """A chain on its way. ``state`` and ``moment`` are rows of ``STATE_ROWS`` and (time, pull of all motors)."""
+
+    def __init__(self, chain: Chain, data: Any, state: Table) -> None:
+        self.chain, self.data, self.state = chain, data, state
+        self.moment = np.zeros(2)
+
+    def go_on(
+        self, joints: Table, ground: Table, arrival_s: Table, setpoint_rad: Table, sample_s: Table
+    ) -> tuple[Table, Table, Table, int]:
+        """As ``Chain.run``, from where it stands to a step past the last sample; also, how many set-points held."""
+        data, k = self.data, joints.shape[1]
         angle, sway = np.zeros((sample_s.size, k)), np.zeros((sample_s.size, k))
         pose = np.zeros((sample_s.size, 3))
-        _loop(
-            self._step, self._model._address, data._address, data.qpos, data.qvel, data.qfrc_applied, self.links,
-            np.ascontiguousarray(joints), ground, arrival_s, np.ascontiguousarray(setpoint_rad), sample_s, DT_S,
-            angle, sway, pose,
+        taken = _loop(
+            self.chain._step, self.chain._model._address, data._address, data.qpos, data.qvel, data.qfrc_applied,
+            self.chain.links, np.ascontiguousarray(joints), ground, arrival_s, np.ascontiguousarray(setpoint_rad),
+            sample_s, DT_S, angle, sway, pose, self.state, self.moment,
         )  # fmt: skip
         if not (np.isfinite(angle).all() and np.isfinite(pose).all()):
             raise FloatingPointError("the blind robot's simulation blew up")
-        return angle, sway, pose
+        return angle, sway, pose, int(taken)
 
 
 @njit(cache=True)
 def _loop(
     mj_step: Any, m: Any, d: Any, qpos: Any, qvel: Any, applied: Any, links: Any, P: Any, ground: Any, arrival: Any,
-    setpoint: Any, sample: Any, dt: float, angle: Any, sway: Any, pose: Any,
-) -> None:  # fmt: skip
+    setpoint: Any, sample: Any, dt: float, angle: Any, sway: Any, pose: Any, state: Any, moment: Any,
+) -> int:  # fmt: skip
     k = P.shape[1]
-    motor, rate, integral, bristle = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k)
-    shaped, shaped_rate = np.zeros(k), np.zeros(k)
-    mount, mount_rate = np.zeros(k), np.zeros(k)
-    held = np.zeros(k)
+    motor, rate, integral, bristle = state[MOTOR], state[RATE], state[INTEGRAL_STATE], state[BRISTLE_STATE]
+    shaped, shaped_rate = state[SHAPED], state[SHAPED_RATE]
+    mount, mount_rate = state[SWAY], state[SWAY_RATE]
+    held = state[HELD]
     at = np.zeros((2, k + 1))
     row = np.zeros(3)
-    for j in range(k):
-        motor[j] = -P[OFFSET, j] - P[ECC, j] * math.sin(P[ECC_PHASE, j])
-        if P[STUCK, j] > 0.0:
-            qpos[3 + j] = P[STUCK_AT, j]
     following = recorded = 0
-    pull = 0.0  # of all motors together, for the supply
-    t = 0.0
+    t, pull = moment  # pull of all motors together, for the supply
     while recorded < sample.size:
         while following < arrival.size and arrival[following] <= t:
             held[:] = setpoint[following]
@@ -200,6 +224,8 @@ def _loop(
                 mount[j] += dt * mount_rate[j]
         mj_step(m, d)
         t += dt
+    moment[0], moment[1] = t, pull
+    return following
 
 
 @njit(cache=True)

@@ -43,6 +43,7 @@ from snakebot.physics import (
     gait_eps_m_s,
     kernel,
     replay,
+    rosenbrock,
     simulate_gaits,
 )
 from snakebot.physics.compiled import jit
@@ -179,7 +180,9 @@ def operations_per_step(model: ChainModel) -> int:
         "power_of_two": pass_through(lambda shifted: 2.0 ** (shifted - 1.5 * 2.0**52)),
     }
     basic = _as_python(elementary, simple)
-    step = _as_python(kernel, {name: basic[name] for name in ("sine_cosine", "sign_over_speed")})["step"]
+    equations = _as_python(kernel, {name: basic[name] for name in ("sine_cosine", "sign_over_speed")})
+    called = ("kinematics", "generalised_to_links", "solve", "dissipation")
+    step = _as_python(rosenbrock, {name: equations[name] for name in called})["step"]
     n = model.links
     number = np.frompyfunc(_Counting, 1, 1)
     vector = lambda: number(np.random.default_rng(1).uniform(0.1, 0.2, n - 1))  # noqa: E731
@@ -187,7 +190,7 @@ def operations_per_step(model: ChainModel) -> int:
     step(
         model.packed, 0.0, _Counting(model.eps), _Counting(0.01), np.zeros(n - 1, dtype=int), number(np.zeros(6)),
         vector(), vector(), vector(), vector(), vector(), vector(), vector(), vector(), vector(),
-        number(np.zeros((kernel.WORK_ROWS, n))), number(np.zeros((kernel.STAGE_ROWS, max(6, n)))),
+        number(np.zeros((kernel.WORK_ROWS, n))), number(np.zeros((rosenbrock.STAGE_ROWS, max(6, n)))),
         number(np.zeros(n - 1)), number(np.zeros(2)),
     )  # fmt: skip
     own_reference = (n - 1) * 45  # sine, cosine and the products of the gait's angle, rate and acceleration

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from snakebot.errors import BadInputError
-from snakebot.physics import kernel
+from snakebot.physics import kernel, rosenbrock
 from snakebot.physics.compiled import jit
 from snakebot.physics.kernel import FREE, PRESCRIBED, TORQUE
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
@@ -79,7 +79,7 @@ class Chain:
         k = model.joints
         self._slope = STANDARD_GRAVITY_M_S2 * math.sin(model.slope_rad)
         self._base = np.zeros(6)
-        self._work, self._stage = kernel.workspace(model.links)
+        self._work, self._stage = rosenbrock.workspace(model.links)
         self._power = np.zeros(2)
         self.joint_angle_rad = np.zeros(k)
         self.joint_rate_rad_s = np.zeros(k)
@@ -179,7 +179,7 @@ def _online_step(
     for j in range(n - 1):
         acc[j] = (dphi_end[j] - dphi[j]) / h if kind[j] == PRESCRIBED else 0.0
         torque[j] = torque_in[j] if kind[j] == TORQUE else 0.0
-    kernel.step(
+    rosenbrock.step(
         links, slope, eps, h, kind, base, phi, dphi, acc, phi_end, dphi_end, acc, torque, nothing, nothing, work, stage,
         torque_out, power,
     )  # fmt: skip

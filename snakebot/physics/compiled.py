@@ -15,8 +15,8 @@ _HERE = Path(__file__).resolve().parent
 
 # Sources that are built into others, and whose compiled code they are built into.
 _BUILT_INTO = (
-    (("compiled", "lanes", "elementary", "kernel"), "*.nbi"),
-    (("servo", "servo_layout"), "servo*.nbi"),
+    (("compiled", "lanes", "elementary", "kernel", "rosenbrock"), "*.nbi"),
+    (("servo", "servo_layout", "servo_grip"), "servo*.nbi"),
 )
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from snakebot.physics import kernel
+from snakebot.physics import rosenbrock
 from snakebot.physics import servo_layout as layout
 from snakebot.physics.compiled import jit
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2
@@ -49,7 +49,7 @@ class _Body:
         self.angle = angle_rad[:k].copy()
         self.rate, self.torque, self.power = np.zeros(k), np.zeros(k), np.zeros(2)
         self.kind = np.zeros(k, dtype=np.int64)
-        self.work, self.stage = kernel.workspace(0 if model is None else model.links)
+        self.work, self.stage = rosenbrock.workspace(0 if model is None else model.links)
         self.scratch = np.zeros((SCRATCH_ROWS, max(k, 6)))
 
     def arguments(self) -> tuple[Any, ...]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from snakebot.physics import kernel
+from snakebot.physics import rosenbrock
 from snakebot.physics import servo_layout as layout
 from snakebot.physics.compiled import jit
 from snakebot.physics.inertia import felt_inertia_kg_m2
@@ -153,7 +153,7 @@ def _try_step(
             dphi_end[j] *= (
                 grips[j, DAMPING] / damping[j]
             )  # the damper works against the motor, stiction against rest
-    kernel.step(
+    rosenbrock.step(
         links, slope, eps, h, kind, base, phi, dphi, acc, phi_end, dphi_end, acc, push, stiffness, damping, work, stage,
         torque, power,
     )  # fmt: skip

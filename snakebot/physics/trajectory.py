@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from snakebot.errors import BadInputError
-from snakebot.physics import kernel
+from snakebot.physics import rosenbrock
 from snakebot.physics.compiled import jit
 from snakebot.physics.kernel import PRESCRIBED
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
@@ -140,7 +140,7 @@ def _replay(
     power: Any,
 ) -> None:  # fmt: skip
     n = links.shape[1]
-    work, stage = kernel.workspace(n)
+    work, stage = rosenbrock.workspace(n)
     kind = np.full(n - 1, PRESCRIBED)
     state = base[0].copy()
     phi, dphi, acc = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
@@ -153,7 +153,7 @@ def _replay(
         for part in range(parts):
             u = (part + 1) / parts
             _hermite(u, span, angle[i - 1], angle[i], rate[i - 1], rate[i], phi_end, dphi_end, acc_end)
-            kernel.step(
+            rosenbrock.step(
                 links, slope, eps, span / parts, kind, state, phi, dphi, acc, phi_end, dphi_end, acc_end, nothing,
                 nothing, nothing, work, stage, mean_torque, part_power,
             )  # fmt: skip

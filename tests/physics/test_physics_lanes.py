@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import math
 import os
+import pkgutil
 import subprocess
 import sys
 import time
+from fnmatch import fnmatch
 
 import numpy as np
 import pytest
 from physics_peers import gait_reference
 
+import snakebot.physics
 from snakebot.physics import Chain, ChainModel, Drive, compiled, gait_eps_m_s, gait_trajectory, simulate_gaits
 from snakebot.physics.elementary import sign_over_speed, sine_cosine
 
@@ -69,8 +74,9 @@ def test_results_do_not_depend_on_neighbours_order_or_threads():
 def test_compiled_code_is_found_again_and_dropped_when_a_source_is_newer(tmp_path, monkeypatch):
     cache = tmp_path / "__pycache__"
     cache.mkdir()
-    for source in ("compiled", "lanes", "elementary", "kernel", "servo", "servo_layout"):
-        (tmp_path / f"{source}.py").touch()
+    for sources, _ in compiled._BUILT_INTO:
+        for source in sources:
+            (tmp_path / f"{source}.py").touch()
     now = time.time()
     for name, age in (("gaits.old", 10.0), ("gaits.new", -10.0)):
         (cache / f"{name}.nbi").touch()
@@ -80,14 +86,38 @@ def test_compiled_code_is_found_again_and_dropped_when_a_source_is_newer(tmp_pat
     assert [p.name for p in cache.iterdir()] == ["gaits.new.nbi"]
 
 
+def test_every_source_that_is_built_into_another_is_listed():
+    """A compiled function that calls one of another file holds that file's code, whose changes numba does not see."""
+
+    def holds(module, name):
+        return any(
+            name in sources and fnmatch(f"{module}.x.nbi", pattern)
+            for sources, pattern in compiled._BUILT_INTO
+        )
+
+    built_in = set()
+    for found in pkgutil.iter_modules(snakebot.physics.__path__):
+        module = importlib.import_module(f"snakebot.physics.{found.name}")
+        functions = [f for f in vars(module).values() if hasattr(f, "py_func")]
+        for function in (f for f in functions if f.__module__ == module.__name__):
+            for name in function.py_func.__code__.co_names:
+                value = vars(module).get(name)
+                called = value.__name__ if inspect.ismodule(value) else getattr(value, "__module__", "")
+                if called.startswith("snakebot.physics.") and called != module.__name__:
+                    built_in.add((found.name, called.rpartition(".")[2]))
+    assert ("gait_loop", "rosenbrock") in built_in
+    assert ("servo_chain", "servo_grip") in built_in
+    assert [pair for pair in sorted(built_in) if not holds(*pair)] == []
+
+
 def test_a_second_start_compiles_nothing():
     simulate_gaits(six_links(), [0.5, 1.0, 2.0], cycles=1, averaged_cycles=1)
     program = (
-        "from snakebot.physics import ChainModel, gaits, simulate_gaits\n"
+        "from snakebot.physics import ChainModel, gait_loop, simulate_gaits\n"
         "import numpy as np\n"
         "model = ChainModel(*(np.ones(3) for _ in range(8)))\n"
         "simulate_gaits(model, [0.5, 1.0, 2.0], cycles=1, averaged_cycles=1)\n"
-        "stats = gaits._blocks.stats\n"
+        "stats = gait_loop.run_blocks.stats\n"
         "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))\n"
     )
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import random
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from typing import Generic, TypeVar
@@ -81,7 +82,7 @@ class _Late(Generic[Item]):
         return ready
 
 
-class _Disturbance(Generic[Item]):
+class _Disturbance(ABC, Generic[Item]):
     """What stream and bus have in common. A subclass says how an item is damaged."""
 
     def __init__(self, rates: Rates, seed: int, now_s: Callable[[], float]) -> None:
@@ -96,12 +97,13 @@ class _Disturbance(Generic[Item]):
         """When the next late item is due, in the clock's time; None while nothing is held back."""
         return self._late.due_s
 
+    @abstractmethod
     def _flip(self, item: Item) -> Item | None:
         """The item after the line's noise; None when nothing of it arrives."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _truncate(self, item: Item) -> Item | None:
-        raise NotImplementedError
+        """The item without its end; None when nothing of it arrives."""
 
     def _hit(self, probability: float) -> bool:
         return probability > 0.0 and self._random.random() < probability

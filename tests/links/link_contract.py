@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -56,14 +57,15 @@ def send_often(link: Link, frames: list[Frame]) -> None:
         link.send(frames)
 
 
-class LinkContract:
+class LinkContract(ABC):
     """Inherit, and give a fixture ``wire``. ``exclusive`` where a port can be had by one program alone."""
 
     exclusive = False
 
     @pytest.fixture
+    @abstractmethod
     def wire(self) -> Iterator[Wire]:
-        raise NotImplementedError
+        """A wire of this carrier, taken down at the end."""
 
     def test_frames_arrive_as_they_were_sent_each_way(self, wire: Wire) -> None:
         out, back = frames_of(FROM_HOST, 18), frames_of(FROM_BOARD, 18, seed=2)

@@ -15,6 +15,7 @@ _CLOCK_MONOTONIC = 1
 _TIMER_ABSTIME = 1
 _PR_SET_TIMERSLACK = 29
 _PRIORITY = 10  # of 1 to 99: before ordinary work, after the drivers of the wire
+_HELPER_PRIORITY = 1  # of the other threads of an urgent process
 
 
 class Clock(Protocol):
@@ -92,20 +93,29 @@ class MonotonicClock:
 def urgent() -> Iterator[None]:
     """Run this thread before the ordinary work of a busy computer (SCHED_FIFO), where the user may ask for that.
 
-    Threads and processes that it starts are ordinary ones. Without the permission (``ulimit -r``, or root) nothing
+    The threads that are there already (panel, log) come right behind it: each holds the interpreter's lock now and
+    then, and if ordinary work of others could keep it waiting meanwhile, this thread would wait with it. Threads and
+    processes that are started later are ordinary ones. Without the permission (``ulimit -r``, or root) nothing
     changes: the loop is then as punctual as the computer is idle.
     """
-    try:
-        before = os.sched_getscheduler(0), os.sched_getparam(0)
-        os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(_PRIORITY))
-    except (OSError, AttributeError):
+    if not hasattr(os, "sched_setscheduler"):
         yield
         return
+    before = {}
+    for thread in threading.enumerate():
+        number = thread.native_id
+        assert number is not None  # only a thread that has not started has none
+        priority = _PRIORITY if thread is threading.current_thread() else _HELPER_PRIORITY
+        with contextlib.suppress(OSError):  # forbidden, or it has just ended
+            was = os.sched_getscheduler(number), os.sched_getparam(number)
+            os.sched_setscheduler(number, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
+            before[number] = was
     try:
         yield
     finally:
-        with contextlib.suppress(OSError):
-            os.sched_setscheduler(0, *before)
+        for number, (policy, parameters) in before.items():
+            with contextlib.suppress(OSError):
+                os.sched_setscheduler(number, policy, parameters)
 
 
 class VirtualClock:

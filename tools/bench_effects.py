@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from snakebot.effects import Plant, assemble, effects
-from snakebot.effects.prediction import body_stage, predict_stages
+from snakebot.effects.prediction import body_stage, predict
 from snakebot.robot import load_robot
 
 RUNS, SECONDS, RATE_HZ = 6, 20.0, 100.0
@@ -71,8 +71,8 @@ def main() -> None:
     runs = session()
 
     def servos(text: str | None) -> list[np.ndarray]:
-        stages = assemble(robot, () if text is None else (text,))
-        return [predict_stages(stages, t, c, body=False, quantise=False).encoder_rad for t, c in runs]
+        specs = () if text is None else (text,)
+        return [predict(robot, specs, t, c, body=False, quantise=False).encoder_rad for t, c in runs]
 
     figures: dict[str, float] = {"nominal_ms": 1e3 * best_of(lambda: servos(None))}
     figures["lfilter_ms"] = 1e3 * best_of(lambda: by_lfilter(runs, tau_s))
@@ -83,10 +83,10 @@ def main() -> None:
     start = time.perf_counter()
     peer = by_solve_ivp(t, command, tau_s, 1.6)
     figures["solve_ivp_one_run_ms"] = 1e3 * (time.perf_counter() - start)
-    limited = assemble(robot, ["rate_limit:limit_rad_s=1.6"])
-    ours = predict_stages(limited, t, command, body=False, quantise=False).encoder_rad
+    limited = ["rate_limit:limit_rad_s=1.6"]
+    ours = predict(robot, limited, t, command, body=False, quantise=False).encoder_rad
     figures["solve_ivp_largest_difference_rad"] = float(np.abs(ours - peer).max())
-    figures["rate_limit_one_run_ms"] = 1e3 * best_of(lambda: predict_stages(limited, t, command, body=False))
+    figures["rate_limit_one_run_ms"] = 1e3 * best_of(lambda: predict(robot, limited, t, command, body=False))
     stages = assemble(robot)
     figures["body_ms"] = 1e3 * best_of(lambda: [body_stage(stages, t, c) for t, c in runs], 3)
 

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from snakebot.effects.stages import assemble
+
 if TYPE_CHECKING:
     from snakebot.robot import Robot
 
@@ -129,8 +131,6 @@ class Observed:
     @cached_property
     def peak_load_nm(self) -> Vector:
         """Nearly the largest torque that each joint bore, from the model; NaN without a body or an arm."""
-        from snakebot.effects.stages import assemble
-
         stages = assemble(self.robot, ())
         loads = []
         for run in self.runs:

@@ -133,36 +133,7 @@ def predict(
     Raises:
         BadInputError: shapes that do not fit, or effects that do not fit the robot.
     """
-    return predict_stages(
-        assemble(robot, specs),
-        t_s,
-        command_rad,
-        measured_rad=measured_rad,
-        applied_rad=applied_rad,
-        joint_angle_rad=joint_angle_rad,
-        initial_rad=initial_rad,
-        load_nm=load_nm,
-        pose=pose,
-        body=body,
-        quantise=quantise,
-    )
-
-
-def predict_stages(
-    stages: Stages,
-    t_s: npt.ArrayLike,
-    command_rad: npt.ArrayLike,
-    *,
-    measured_rad: npt.ArrayLike | None = None,
-    applied_rad: npt.ArrayLike | None = None,
-    joint_angle_rad: npt.ArrayLike | None = None,
-    initial_rad: npt.ArrayLike | None = None,
-    load_nm: npt.ArrayLike | None = None,
-    pose: npt.ArrayLike = (0.0, 0.0, 0.0),
-    body: bool = True,
-    quantise: bool = True,
-) -> Prediction:
-    """``predict`` for a robot that is assembled already; the four stages one after the other."""
+    stages = assemble(robot, specs)
     t = np.asarray(t_s, dtype=np.float64)
     if t.ndim != 1 or t.size < 2 or not np.all(np.isfinite(t)) or np.any(np.diff(t) <= 0):
         raise BadInputError("prediction: the times of a run must be two or more, and rise")

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from snakebot.effects import EffectSpec, Observed, assemble, find_effect, with_unit_arm
-from snakebot.effects.prediction import predict_stages
+from snakebot.effects import EffectSpec, Observed, find_effect, with_unit_arm
+from snakebot.effects.prediction import predict
 from snakebot.robot import robot_from_mapping
 
 RECORDINGS = Path(__file__).resolve().parents[3] / "shared" / "realdata" / "pwm_servo_pendulum"
@@ -33,11 +33,10 @@ def recordings(folder):
 
 
 def residual(robot, specs, runs):
-    stages = assemble(robot, specs)
     rows = []
     for run in runs:
         options = {"measured_rad": run.measured_rad, "body": False, "quantise": False}
-        found = predict_stages(stages, run.t_s, run.command_rad, **options)
+        found = predict(robot, specs, run.t_s, run.command_rad, **options)
         use = np.isfinite(run.command_rad) & np.isfinite(run.measured_rad)
         rows.append((found.encoder_rad - run.measured_rad)[use])
     return np.concatenate(rows)

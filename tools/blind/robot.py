@@ -26,10 +26,10 @@ NOMINAL_LINK = {"mass_kg": 1.43, "half_length_m": 0.08, "ct": 0.83, "cn": 51.9, 
 NOMINAL_LAG_S = 0.03
 
 _SERVO = {
-    "lag_s": NOMINAL_LAG_S - LOOP_LAG_S, "rate_plus_rad_s": 18.0, "rate_minus_rad_s": 18.0, "loop_nm_s_rad": 10.0,
+    "lag_s": NOMINAL_LAG_S - LOOP_LAG_S, "rate_plus_rad_s": 18.0, "rate_minus_rad_s": 18.0, "loop_nm_s_rad": 5.0,
     "integral_nm_rad": 600.0, "stall_nm": 20.0, "no_load_rad_s": 20.0, "torque_limit_nm": 20.0, "rotor_kg_m2": 2e-3,
-    "coulomb_nm": 0.01, "bristle_nm_rad": 200.0, "viscous_nm_s_rad": 0.002, "gear_nm_rad": 2000.0,
-    "gear_nm_s_rad": 2.0, "eccentric_turns": 1.0,
+    "coulomb_nm": 0.01, "bristle_nm_rad": 200.0, "viscous_nm_s_rad": 0.002, "gear_nm_rad": 1000.0,
+    "gear_nm_s_rad": 1.0, "eccentric_turns": 1.0,
 }  # fmt: skip
 
 

@@ -15,10 +15,10 @@ from importlib.resources import files
 from operator import attrgetter
 from typing import Any, ClassVar
 
-import cantools
 from cantools.database.can import Database
 from cantools.database.can import Message as DbcMessage
 
+from firmware_protocol.dbc import read_dbc
 from firmware_protocol.frame import Frame, ProtocolError
 from firmware_protocol.packing import Layout
 
@@ -310,9 +310,7 @@ def dbc_text() -> str:
 @cache
 def database() -> Database:
     """The DBC, read once."""
-    loaded = cantools.database.load_string(dbc_text(), database_format="dbc")
-    assert isinstance(loaded, Database)
-    return loaded
+    return read_dbc(dbc_text())
 
 
 @cache
@@ -342,7 +340,20 @@ class _Codec:
 
 @cache
 def _codecs() -> tuple[dict[type[Message], _Codec], dict[int, _Codec]]:
-    codecs = [_Codec(cls, database().get_message_by_name(name)) for name, cls in MESSAGES.items()]
+    return codecs_of(database())
+
+
+def codecs_of(read: Database) -> tuple[dict[type[Message], _Codec], dict[int, _Codec]]:
+    """The codec of every message, by its class and by its identifier.
+
+    Raises:
+        ProtocolError: a DBC that does not define the messages of this version.
+    """
+    there = {message.name: message for message in read.messages}
+    missing = [name for name in MESSAGES if name not in there]
+    if missing:
+        raise ProtocolError(f"the DBC defines no message {missing[0]}")
+    codecs = [_Codec(cls, there[name]) for name, cls in MESSAGES.items()]
     return {codec.cls: codec for codec in codecs}, {codec.id: codec for codec in codecs}
 
 

@@ -21,6 +21,9 @@ class Layout:
     Args:
         definition: the message in the DBC; little-endian integers with a scale, and none of them multiplexed.
         names: the signals in the order in which values are given and returned.
+
+    Raises:
+        ProtocolError: a signal is missing, or of another kind.
     """
 
     def __init__(self, definition: DbcMessage, names: Sequence[str]) -> None:
@@ -29,11 +32,20 @@ class Layout:
         self._out: list[tuple[str, float, float, float, float, bool, int, int]] = []
         self._in: list[tuple[int, int, int, float, float, bool]] = []
         for name in names:
-            signal = definition.get_signal_by_name(name)
-            assert signal.byte_order == "little_endian"
-            assert not signal.conversion.is_float
-            assert signal.minimum is not None
-            assert signal.maximum is not None
+            try:
+                signal = definition.get_signal_by_name(name)
+            except KeyError:
+                raise ProtocolError(f"{self._name}: the DBC gives it no signal {name}") from None
+            if (
+                signal.byte_order != "little_endian"
+                or signal.conversion.is_float
+                or signal.minimum is None
+                or signal.maximum is None
+                or not signal.conversion.scale
+            ):
+                raise ProtocolError(
+                    f"{self._name}: {name} is no little-endian integer with a scale and a range"
+                )
             scale, offset = signal.conversion.scale, signal.conversion.offset
             plain = scale == 1 and offset == 0
             slack = 0 if plain else abs(scale) * _TOLERANCE

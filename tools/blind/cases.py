@@ -23,12 +23,12 @@ SETS: dict[str, tuple[int, tuple[float, ...]]] = {
     "score": (300_000_000, (1.5, 3.0, 10.0)),
 }
 PER_SET = 1_000_000
-RATE_HZ = 50.0
+RATE_HZ = 100.0
 DURATION_S = 10.0
 GAITS = 5
 PROBE_S = 5.0  # length of the runs that set the size of an effect
 # Shares of the strata. The rest are single effects.
-STRATA = {"no_gap": 0.2, "unknown": 0.12, "pair": 0.12, "left_out": 0.12}
+STRATA = {"no_gap": 0.3, "unknown": 0.1, "pair": 0.1, "left_out": 0.1}
 
 
 @dataclass(frozen=True)
@@ -56,10 +56,19 @@ class Label:
 
 @dataclass(frozen=True)
 class Case:
+    """A robot with what is wrong in it, before it is run; ``rng`` makes the noise of its runs."""
+
     label: Label
     exclude: str | None  # taken out of the library when it is answered; for some a decoy
     gaits: list[tuple[float, float, float]]
-    runs: list[Recording]  # the last one repeats the first
+    parameters: Parameters
+    rng: np.random.Generator
+
+    def runs(self) -> list[Recording]:
+        """Once: the gaits, and the first one again."""
+        robot = Robot(self.parameters)
+        t = np.arange(round(DURATION_S * RATE_HZ)) / RATE_HZ
+        return [robot.run(t, gait_command(t, *gait), self.rng) for gait in [*self.gaits, self.gaits[0]]]
 
 
 def plan(number: int, cases: int, rng: np.random.Generator) -> tuple[str, tuple[str, ...]]:
@@ -84,6 +93,13 @@ def plan(number: int, cases: int, rng: np.random.Generator) -> tuple[str, tuple[
     return stratum, (str(first), str(second))
 
 
+def _size_index(number: int, cases: int, rng: np.random.Generator) -> int:
+    """Single effects meet each size in turn, so that every effect is there at every size; the others draw one."""
+    drawn, before = int(rng.integers(3)), sum(round(share * cases) for share in STRATA.values())
+    single = number - before
+    return drawn if single < 0 else (single // len(KNOWN) + single % len(KNOWN)) % 3
+
+
 def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
     """The n-th of so many cases of a seed."""
     first, sizes = SETS[set_name]
@@ -91,7 +107,7 @@ def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
         raise ValueError(f"--seed {seed}: 0 to {PER_SET - 1}")
     rng = np.random.default_rng([first + seed, number])
     stratum, names = plan(number, cases, rng)
-    asked = float(sizes[int(rng.integers(len(sizes)))]) * float(rng.uniform(0.97, 1.03))
+    asked = float(sizes[_size_index(number, cases, rng)]) * float(rng.uniform(0.97, 1.03))
     real = real_robot(rng)
     gaits = [_draw_gait(rng) for _ in range(GAITS)]
     floor = _floor(real, gaits, int(rng.integers(1 << 31)))
@@ -106,11 +122,8 @@ def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
         if rng.random() < STRATA["left_out"] / (1 - STRATA["left_out"]):
             others = [n for n in KNOWN if n not in names]
             exclude = str(rng.choice(others))
-    robot = Robot(faulty)
-    t = np.arange(round(DURATION_S * RATE_HZ)) / RATE_HZ
-    runs = [robot.run(t, gait_command(t, *gait), rng) for gait in [*gaits, gaits[0]]]
     label = Label(stratum, round(asked, 3), effects, floor[0], floor[1])
-    return Case(label, exclude, gaits, runs)
+    return Case(label, exclude, gaits, faulty, rng)
 
 
 def _draw_gait(rng: np.random.Generator) -> tuple[float, float, float]:

@@ -87,10 +87,10 @@ def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
     return {"limit_rad_s": 4 / m}
 
 
-@fault("torque_speed", "servo", 0.1, 12.0)
+@fault("torque_speed", "servo", 0.25, 12.0)
 def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
     """The motor's own line from no load to stall, low enough to be met."""
-    stall = float(rng.uniform(1.0, 3.0))
+    stall = float(rng.uniform(1.0, 3.0)) / m
     p.joint("no_load_rad_s")[at] = 5 / m
     p.joint("stall_nm")[at] = stall
     return {"no_load_rad_s": 5 / m, "stall_nm": stall}

@@ -126,14 +126,19 @@ def calibration_error(p: np.ndarray, right: np.ndarray, bins: int = 10) -> float
     return float(sum(abs((right - p)[index == b].sum()) for b in range(bins)) / p.size)
 
 
-def _share(
+def share(
     key: str, text: str, aim: str, least: float | None, most: float | None, hits: Sequence[bool]
 ) -> Figure:
+    """A proportion with its Wilson interval; no case, no value."""
     if not hits:
         return Figure(key, text, aim, None, None, None, 0, None)
     value = sum(hits) / len(hits)
     low, high = wilson(sum(hits), len(hits))
-    met = (least is None or value >= least) and (most is None or value <= most)
+    met = (
+        None
+        if least is most is None
+        else (least is None or value >= least) and (most is None or value <= most)
+    )
     return Figure(key, text, aim, value, low, high, len(hits), met)
 
 
@@ -168,37 +173,34 @@ def figures(pairs: Sequence[Pair], oracle: dict[int, float] | None = None) -> li
     unknown, left_out, two = of("unknown", PLAIN), of("left_out", PLAIN), of("pair", PLAIN)
     resolved = [(lab, a) for lab, a in plain if (c := first_cause(a)) and not c["indistinguishable_from"]]
     moving = [(lab, a) for lab, a in plain if lab["effects"][0]["stage"] != "body"]
+    grounded = [(lab, a) for lab, a in plain if lab["effects"][0]["stage"] == "body"]
     errors, covered = parameter_errors([*plain, *two])
     e = np.array(errors)
     p, right = probabilities(pairs)
-    closed = [
-        v
-        for lab, a in moving
-        if lab["effects"][0]["name"] != "encoder_noise" and a
-        if (v := a["closure"]["joint_angle"]["closed"]) is not None
-    ]
+    angles = np.array([v for lab, a in moving if (v := closed(lab, a)) is not None])
+    speeds = np.array([v for lab, a in grounded if (v := closed(lab, a)) is not None])
     rows = [
-        _share("named", "cause named, single >= 3x, gaits alone", ">= 85 %", 0.85, None, [names_it(*x) for x in plain]),
-        _share(
+        share("named", "cause named, single >= 3x, gaits alone", ">= 85 %", 0.85, None, [names_it(*x) for x in plain]),
+        share(
             "exact", "exact cause where resolved", ">= 90 %", 0.9, None,
             [first_cause(a)["effect"] == lab["effects"][0]["name"] for lab, a in resolved],  # type: ignore[index]
         ),
-        _share("stage", "stage right, single >= 3x", ">= 98 %", 0.98, None, [stage_right(*x) for x in plain]),
-        _share("joints", "joints right, single >= 3x", ">= 98 %", 0.98, None, [joints_right(*x) for x in moving]),
-        _share("pairs", "both causes of a pair >= 3x", ">= 75 %", 0.75, None, [both_named(*x) for x in two]),
+        share("stage", "stage right, single >= 3x", ">= 98 %", 0.98, None, [stage_right(*x) for x in plain]),
+        share("joints", "joints right, single >= 3x", ">= 98 %", 0.98, None, [joints_right(*x) for x in moving]),
+        share("pairs", "both causes of a pair >= 3x", ">= 75 %", 0.75, None, [both_named(*x) for x in two]),
         _statistic("error_median", "parameter error, median", "<= 5 %", 0.05, [e], lambda x: float(np.median(x))),
         _statistic(
             "error_p90", "parameter error, 90th percentile", "<= 15 %", 0.15, [e], lambda x: float(np.quantile(x, 0.9))
         ),
-        _share("coverage", "coverage of 95 % intervals", "90-98 %", 0.9, 0.98, covered),
-        _share("false_alarms", "false alarms, no gap", "<= 2 %", None, 0.02, [has_cause_or_gap(a) for _, a in quiet]),
-        _share("unknown", "unknown >= 3x: unexplained", ">= 85 %", 0.85, None, [unexplained(a) for _, a in unknown]),
-        _share("wrongly", "known >= 3x: unexplained", "<= 5 %", None, 0.05, [unexplained(a) for _, a in plain]),
-        _share(
+        share("coverage", "coverage of 95 % intervals", "90-98 %", 0.9, 0.98, covered),
+        share("false_alarms", "false alarms, no gap", "<= 2 %", None, 0.02, [has_cause_or_gap(a) for _, a in quiet]),
+        share("unknown", "unknown >= 3x: unexplained", ">= 85 %", 0.85, None, [unexplained(a) for _, a in unknown]),
+        share("wrongly", "known >= 3x: unexplained", "<= 5 %", None, 0.05, [unexplained(a) for _, a in plain]),
+        share(
             "left_out", "left out >= 3x: unexplained or p < 0.5", ">= 85 %", 0.85, None,
             [caught_left_out(a) for _, a in left_out],
         ),
-        _share(
+        share(
             "left_out_joints", "left out >= 3x: joints right", ">= 98 %", 0.98, None,
             [joints_right(*x) for x in left_out if x[0]["effects"][0]["stage"] != "body"],
         ),
@@ -207,28 +209,31 @@ def figures(pairs: Sequence[Pair], oracle: dict[int, float] | None = None) -> li
             "brier", "Brier score", "<= 0.10", 0.10, [p, right], lambda q, r: float(np.mean((q - r) ** 2))
         ),
         _statistic(
-            "closure", "closure of joint angles, single >= 3x, median", ">= 0.95", 0.95, [np.array(closed)],
+            "closure", "closure of joint angles, single >= 3x, median", ">= 0.95", 0.95, [angles],
+            lambda x: float(np.median(x)), least=True,
+        ),
+        _statistic(
+            "closure_speed", "closure of forward speed, body >= 3x, median", ">= 0.95", 0.95, [speeds],
             lambda x: float(np.median(x)), least=True,
         ),
     ]  # fmt: skip
-    lost = [w - mine for i, w in (oracle or {}).items() if (mine := _closed(pairs[i][1])) is not None]
-    gaps = np.array(lost, dtype=np.float64)
+    lost = [w - mine for i, w in (oracle or {}).items() if (mine := closed(*pairs[i])) is not None]
     rows.append(
         _statistic(
-            "oracle",
-            "closure lost against the oracle, median",
-            "<= 0.03",
-            0.03,
-            [gaps],
+            "oracle", "closure lost against the oracle, median", "<= 0.03", 0.03, [np.array(lost, dtype=np.float64)],
             lambda x: float(np.median(x)),
         )
-    )
+    )  # fmt: skip
     return rows
 
 
-def _closed(answer: Answer | None) -> float | None:
-    closed: float | None = None if answer is None else answer["closure"]["joint_angle"]["closed"]
-    return closed
+def closed(label: Label, answer: Answer | None) -> float | None:
+    """Closure of what the first effect moves: joint angles, or for the body the forward speed."""
+    if answer is None or label["effects"][0]["name"] == "encoder_noise":
+        return None
+    side = "forward_speed" if label["effects"][0]["stage"] == "body" else "joint_angle"
+    found = answer["closure"][side]
+    return None if found is None or found["closed"] is None else float(found["closed"])
 
 
 def power(pairs: Sequence[Pair]) -> dict[str, dict[str, tuple[int, int]]]:

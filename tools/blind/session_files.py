@@ -26,7 +26,8 @@ _HEADER = ",".join(
 def write_session(folder: Path, case: Case) -> None:
     """Raises FileExistsError where the folder is there already."""
     folder.mkdir()
-    names = [f"run_{i + 1:02d}.csv" for i in range(len(case.runs))]
+    runs = case.runs()
+    names = [f"run_{i + 1:02d}.csv" for i in range(len(runs))]
     gaits = [*case.gaits, case.gaits[0]]
     link = NOMINAL_LINK
     lines = [
@@ -48,9 +49,26 @@ def write_session(folder: Path, case: Case) -> None:
         if i == len(names) - 1:
             lines.append(f"    repeat_of: {names[0]}")
     _put(folder / "session.yaml", "\n".join(lines) + "\n")
-    for name, run in zip(names, case.runs, strict=True):
+    for name, run in zip(names, runs, strict=True):
         _put(folder / name, _table(run))
     os.utime(folder, (STAMP_S, STAMP_S))
+
+
+def add_run(folder: Path, run: Recording, gait: dict[str, float] | None, *, lifted: bool = False) -> None:
+    """One more run for a session, as of a lab that does what was proposed; ``lifted`` off the ground it has no pose."""
+    count = len(list(folder.glob("run_*.csv")))
+    name = f"run_{count + 1:02d}.csv"
+    entry = f"  - file: {name}\n"
+    if gait is not None:
+        entry += "    gait: {" + ", ".join(f"{k}: {v:.6f}" for k, v in gait.items()) + "}\n"
+    if lifted:
+        entry += "    metadata: {lifted: true}\n"
+    with (folder / "session.yaml").open("a") as file:
+        file.write(entry)
+    text = _table(run)
+    if lifted:
+        text = "\n".join(",".join(line.split(",")[:-3]) for line in text.splitlines()) + "\n"
+    _put(folder / name, text)
 
 
 def _table(run: Recording) -> str:

@@ -124,7 +124,7 @@ def compare(wire: str, seconds: float, rates: Sequence[str]) -> dict[str, Any]:
 
 def network() -> list[str]:
     """How to start a command in a network namespace of its own. Raises SystemExit where that cannot be."""
-    for how in (["unshare", "-rn"], ["unshare", "-n"]):
+    for how in (["unshare", "-n"], ["unshare", "-rn"]):  # a user namespace may not be urgent
         with contextlib.suppress(OSError):
             if subprocess.run([*how, "sh", "-c", NETWORK], capture_output=True).returncode == 0:
                 return how

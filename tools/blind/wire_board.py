@@ -17,7 +17,6 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from blind.wire_plant import BlindPlant
-
 from snakebot.clock import MonotonicClock
 from snakebot.links import Link
 from snakebot.robot import load_robot

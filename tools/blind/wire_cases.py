@@ -26,7 +26,11 @@ KINDS: tuple[tuple[str, float, float], ...] = (
     ("payload", 1.0, 3.0),
     ("unknown", 0.0, 0.0),
 )
-UNKNOWN = (("neighbour_crosstalk", 0.08, 0.2), ("encoder_eccentricity", 3.0, 6.0), ("gear_eccentricity", 2.0, 5.0))
+UNKNOWN = (
+    ("neighbour_crosstalk", 0.08, 0.2),
+    ("encoder_eccentricity", 3.0, 6.0),
+    ("gear_eccentricity", 2.0, 5.0),
+)
 OMEGA_RAD_S = ((0.9, 1.4), (1.8, 2.6), (3.2, 4.5))  # of the gaits of a wire case
 _PROBE_RATE_HZ = 100.0
 
@@ -66,7 +70,9 @@ def draw_case(seed: int, number: int, gaits: list[Gait] | None = None) -> WireCa
         off = _apart(_probes(real, chosen, clean=True), _probes(faulty, chosen, clean=True), at)
         size = off[1] / floor[1] if fault.stage == "body" else off[0] / floor[0]
         listed = None if joints is None else [int(j) + 1 for j in joints]
-        effects.append(Effect(name, fault.stage, listed, {k: float(v) for k, v in values.items()}, round(size, 3)))
+        effects.append(
+            Effect(name, fault.stage, listed, {k: float(v) for k, v in values.items()}, round(size, 3))
+        )
     asked = effects[0].size if effects else 0.0
     label = Label(stratum, asked, effects, *floor)
     carrier = ("pty", "can")[(number + seed) % 2]

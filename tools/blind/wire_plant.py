@@ -12,8 +12,8 @@ from typing import Literal
 
 import numpy as np
 
-from blind.chain import ECC, ECC_N, ECC_PHASE, FREE, HELD, INTEGRAL_STATE, MOTOR, OFFSET, RATE, SHAPED
-from blind.chain import SHAPED_RATE, SWAY, SWAY_RATE, Chain, Table, _pose
+from blind import chain as ch
+from blind.chain import Chain, Table
 from blind.robot import COUNTS_PER_REV, SETPOINT_STEP_RAD, Parameters
 
 _SPEED_OVER_S = 1e-4
@@ -34,7 +34,7 @@ class BlindPlant:
         warm = chain.start(parameters.joints)  # compiled here: the first tick must not wait for a compiler
         k = parameters.joints.shape[1]
         warm.go_on(parameters.joints, parameters.ground, np.zeros(1), np.zeros((1, k)), np.array([0.01]))
-        _pose(warm.data.qpos, parameters.links, np.zeros(3))
+        ch._pose(warm.data.qpos, parameters.links, np.zeros(3))
         self._going = chain.start(parameters.joints)
         self._joints = parameters.joints.copy()  # who has no power is written into it
         self._now_s = 0.0
@@ -67,16 +67,16 @@ class BlindPlant:
         """``active`` holds the angle at which the joint stands until the next set-point; ``free`` has no power."""
         j, state = joint - 1, self._going.state
         if mode == "free":
-            self._joints[FREE, j] = 1.0
+            self._joints[ch.FREE, j] = 1.0
             return
-        self._joints[FREE, j] = self._p.joints[FREE, j]
+        self._joints[ch.FREE, j] = self._p.joints[ch.FREE, j]
         angle = float(self._going.data.qpos[3 + j])
         row = self._joints[:, j]
-        motor = angle - row[OFFSET]
+        motor = angle - row[ch.OFFSET]
         for _ in range(3):  # the gear's eccentricity is small
-            motor = angle - row[OFFSET] - row[ECC] * np.sin(row[ECC_N] * motor + row[ECC_PHASE])
-        state[MOTOR, j] = state[HELD, j] = state[SHAPED, j] = motor
-        state[[RATE, INTEGRAL_STATE, SHAPED_RATE], j] = 0.0
+            motor = angle - row[ch.OFFSET] - row[ch.ECC] * np.sin(row[ch.ECC_N] * motor + row[ch.ECC_PHASE])
+        state[ch.MOTOR, j] = state[ch.HELD, j] = state[ch.SHAPED, j] = motor
+        state[[ch.RATE, ch.INTEGRAL_STATE, ch.SHAPED_RATE], j] = 0.0
 
     def advance(self, t_s: float) -> None:
         """Let the world go on until ``t_s``."""
@@ -85,9 +85,7 @@ class BlindPlant:
             return  # it stands at most one step ahead
         arrival = np.array(self._arrival_s, dtype=np.float64)
         coming = np.array(self._coming, dtype=np.float64).reshape(arrival.size, self._joints.shape[1])
-        *_, taken = self._going.go_on(
-            self._joints, self._p.ground, arrival, coming, np.array([self._now_s])
-        )
+        *_, taken = self._going.go_on(self._joints, self._p.ground, arrival, coming, np.array([self._now_s]))
         for _ in range(taken):
             self._arrival_s.popleft()
             self._coming.popleft()
@@ -103,7 +101,7 @@ class BlindPlant:
         p, state = self._p, self._going.state
         where, behind_s = self._stands()
         angle = where[3:]
-        sway = state[SWAY] + behind_s * state[SWAY_RATE]
+        sway = state[ch.SWAY] + behind_s * state[ch.SWAY_RATE]
         wave, phase = p.reading_wave_rad
         reading = p.reading_gain * (angle + sway) + p.reading_offset_rad + wave * np.sin(angle + phase)
         reading = reading + p.reading_noise_rad * self._rng.normal(size=reading.shape)
@@ -113,11 +111,11 @@ class BlindPlant:
         """Centre of mass x, y (m), mean heading (rad), forward speed (m/s), as a camera would see them."""
         p, here, ahead = self._p, np.zeros(3), np.zeros(3)
         where, _ = self._stands()
-        _pose(where, p.links, here)
-        _pose(where + _SPEED_OVER_S * self._going.data.qvel, p.links, ahead)
+        ch._pose(where, p.links, here)
+        ch._pose(where + _SPEED_OVER_S * self._going.data.qvel, p.links, ahead)
         vx, vy = (ahead - here)[:2] / _SPEED_OVER_S
         speed = vx * np.cos(here[2]) + vy * np.sin(here[2])
-        x, y, heading = here + np.array([p.pose_noise_m, p.pose_noise_m, p.pose_noise_rad]) * self._rng.normal(
-            size=3
-        )
+        x, y, heading = here + np.array(
+            [p.pose_noise_m, p.pose_noise_m, p.pose_noise_rad]
+        ) * self._rng.normal(size=3)
         return float(x), float(y), float(heading), float(speed)

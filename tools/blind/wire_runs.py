@@ -19,15 +19,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from blind.robot import Parameters
 
+HERE = Path(__file__).resolve().parent
 CAN_CHANNEL = "udp_multicast/239.74.163.2"
 RUN_S, RAMP_S = 8.0, 1.0
 TRIES = 4
-TOO_LATE = (4, 5, 7)  # exit statuses of snakebot run: board lost, board fault (its watchdog), this computer too late
+# Exit statuses of snakebot run: board lost, board fault (its watchdog), this computer too late.
+TOO_LATE = (4, 5, 7)
 SNAKEBOT = [sys.executable, "-m", "snakebot.cli.main"]
 # A CAN bus for this case alone: a network of its own, in which multicast reaches nobody else.
 NETWORK = "ip link set lo up && ip route add 239.0.0.0/8 dev lo"
@@ -80,12 +81,17 @@ def run_gait(port: str, gait: tuple[float, float, float], log: Path) -> dict[str
         if tries < TRIES:
             log.unlink(missing_ok=True)
     said = json.loads(done.stdout) if done.returncode == 0 else {}
-    counted = {key: said.get(key) for key in ("ticks", "late", "skipped", "lost", "worst_lateness_ms", "round_trip_ms")}
+    counted = {
+        key: said.get(key)
+        for key in ("ticks", "late", "skipped", "lost", "worst_lateness_ms", "round_trip_ms")
+    }
     why = done.stderr.strip().splitlines()[-1:] if done.returncode else []
     return {"status": done.returncode, "tries": tries, "said": why, **counted}
 
 
-def make_session(folder: Path, parameters: Parameters, seed: int, gaits: list[Any], carrier: str) -> list[dict[str, Any]]:
+def make_session(
+    folder: Path, parameters: Parameters, seed: int, gaits: list[Any], carrier: str
+) -> list[dict[str, Any]]:
     logs = folder / "logs"
     logs.mkdir(parents=True)
     results = []

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from snakebot.cli.ports import SIM
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -75,7 +76,13 @@ def live(
             break
         say(f"After {done} runs: {found.verdict}. {proposal.reason}.")
         tried.add(proposal.command)
-        if not _run(plan, shlex.split(proposal.command)[2:], "the proposed experiment"):
+        if proposal.lifted and plan.yes and plan.port != SIM:
+            say(
+                "The proposed experiment needs somebody who lifts the robot off the ground: run without --yes."
+            )
+            break
+        air = ", with the robot lifted off the ground" if proposal.lifted else ""
+        if not _run(plan, shlex.split(proposal.command)[2:], f"the proposed experiment{air}"):
             break
         done += 1
         found = diagnose_folder(plan.folder)

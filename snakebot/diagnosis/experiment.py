@@ -1,8 +1,8 @@
-"""The next experiment: of the motions that are safe, the one in which the explanations still open differ most.
+"""The next experiment: of the motions that are safe, the one after which the right explanation most likely stands.
 
-Each rival is simulated on each motion, at its fit and at draws from the fit's uncertainty: a difference that
-another value of a parameter would make as well separates nothing. Small slow gaits are probes (dead band, play,
-friction), fast and wide ones tell lags, limits and delays apart, and a pose tells the joint from its reading.
+The menu holds gaits, and probes of the joints in question (``menu``). Every motion is simulated under every rival; the
+most promising are looked at again with what the data leave open of the parameters (``separation``): a difference that
+another value of a parameter would make as well separates nothing.
 """
 
 from __future__ import annotations
@@ -10,34 +10,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from math import degrees, radians
 
 import numpy as np
-from numpy.typing import NDArray
 
 from snakebot.diagnosis.context import Context
-from snakebot.diagnosis.data import BLOCK_S
 from snakebot.diagnosis.groups import ALIKE
-from snakebot.diagnosis.result import GaitDegrees, NextExperiment
+from snakebot.diagnosis.menu import Option, menu, motion_of
+from snakebot.diagnosis.result import NextExperiment
+from snakebot.diagnosis.separation import Shown, Stage, acted_joints, lead_of, times_noise
 from snakebot.diagnosis.trial import Trial
-from snakebot.effects.prediction import servo_stage
-from snakebot.effects.spec import EffectSpec
-from snakebot.errors import BadInputError
-from snakebot.gait import Gait, GaitMotion, check_motion
 
-Floats = NDArray[np.float64]
+__all__ = ["Proposal", "motion_of", "propose"]
 
-RATE_HZ = 100.0
-DURATION_S = 10.0
-RAMP_S = 2.0
-LOOKED_AT = 4  # motions of the menu that are tried with the parameters' uncertainty
-DRAWS = 2  # of each rival's parameters, beside the fit itself
-MENU = tuple(
-    (alpha, beta, omega, offset)
-    for alpha, omega in ((2, 0.5), (2, 3.0), (6, 0.5), (6, 3.0), (15, 1.0), (15, 5.0), (30, 0.5), (30, 4.0),
-                         (50, 1.0), (50, 3.0), (66, 2.0))
-    for beta, offset in ((80, 0), (80, 15))
-)  # fmt: skip
+LOOKED_AT = 8  # motions of the menu that are tried with the parameters' uncertainty
+MOST_RIVALS = 4
+WORTH_LIFTING = 0.05  # more of the probability, or a motion on the ground will do
+SAME_COMMAND = 0.02  # rms difference over rms, below which a motion has been run already
+SUREST = 0.99
+
+Pair = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +36,22 @@ class Proposal:
     """What to do next, or why nothing helps."""
 
     experiment: NextExperiment | None
-    channel: str | None  # a signal that would settle it where no motion does
+    channel: str | None  # a signal that would settle what no motion does
+
+
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """A motion with what it would show.
+
+    Attributes:
+        lead: of the right one over the other, for each pair of rivals.
+        settled: probability of the right one after it, if one of the rivals is right and all were equally likely.
+    """
+
+    stage: Stage
+    fits: tuple[Shown, ...]
+    lead: dict[Pair, float]
+    settled: float
 
 
 def propose(context: Context, rivals: Sequence[Trial], probability: float) -> Proposal:
@@ -54,147 +60,105 @@ def propose(context: Context, rivals: Sequence[Trial], probability: float) -> Pr
     Args:
         probability: that one of them is right.
     """
+    rivals = rivals[:MOST_RIVALS]
     if len(rivals) < 2:
         return Proposal(None, None)
-    names = tuple(tuple(dict.fromkeys(r.hypothesis.names)) for r in rivals)
-    rng = np.random.default_rng(context.seed)
-    variants = [_variants(trial, rng) for trial in rivals]
-    menu = []
-    for alpha, beta, omega, offset in MENU:
-        gait = Gait(radians(alpha), radians(beta), omega, radians(offset))
-        motion = GaitMotion(gait, context.data.joints, DURATION_S, RAMP_S)
-        try:
-            check_motion(motion, context.data.robot)
-        except BadInputError:
+    acted = {j + 1 for r in rivals for j in acted_joints(r.hypothesis, context.data.joints)}
+    loads = any(context.simulator.stages(r.specs).feels_load for r in rivals)
+    options = menu(context.data.robot, sorted(acted), loads=loads)
+    looks = [_first_look(Stage(context, option), rivals) for option in options]
+    looks = [look for look in looks if not _has_been_run(context, look.stage)]
+    looks.sort(key=_worth, reverse=True)
+    channel = _channel_for(looks, rivals, context.data.robot.body is None)
+    closer = [_closer_look(look, rivals) for look in looks[:LOOKED_AT]]
+    best = max(closer, key=_worth, default=None)
+    told = [] if best is None else [pair for pair, lead in best.lead.items() if lead >= ALIKE]
+    if best is None or not told:
+        return Proposal(None, channel or _channel(rivals, context.data.robot.body is None))
+    return Proposal(_described(context, best, rivals, told, probability), channel)
+
+
+def _worth(look: _Look) -> tuple[float, float]:
+    """To sort by: what will be known, less the trouble of lifting; among equals, the clearer."""
+    trouble = WORTH_LIFTING if look.stage.option.lifted else 0.0
+    return round(look.settled - trouble, 3), min(look.lead.values())
+
+
+def _first_look(stage: Stage, rivals: Sequence[Trial]) -> _Look:
+    return _look(stage, rivals, tuple(stage.at_fit(trial) for trial in rivals))
+
+
+def _closer_look(look: _Look, rivals: Sequence[Trial]) -> _Look:
+    pairs = zip(rivals, look.fits, strict=True)
+    return _look(look.stage, rivals, tuple(look.stage.with_turns(trial, fit) for trial, fit in pairs))
+
+
+def _look(stage: Stage, rivals: Sequence[Trial], shown: tuple[Shown, ...]) -> _Look:
+    count = stage.context.data.joints
+    lead: dict[Pair, float] = {}
+    for a, b in combinations(range(len(rivals)), 2):
+        joints = {*acted_joints(rivals[a].hypothesis, count), *acted_joints(rivals[b].hypothesis, count)}
+        lead[a, b] = lead_of(stage, shown[a], shown[b], sorted(joints))
+    return _Look(stage, shown, lead, _settled(lead, len(rivals)))
+
+
+def _settled(lead: dict[Pair, float], count: int) -> float:
+    """A lead of ``ALIKE`` makes the wrong one e times less likely than the right one."""
+    weight = np.eye(count)
+    for (a, b), value in lead.items():
+        weight[a, b] = weight[b, a] = np.exp(-value / ALIKE)
+    return float(np.mean(1 / weight.sum(axis=1)))
+
+
+def _has_been_run(context: Context, stage: Stage) -> bool:
+    """Whether a run of the session was commanded just this."""
+    power = float(np.mean(np.square(stage.command)))
+    for run in context.data.runs:
+        t = run.t_s
+        if abs(t[-1] - stage.t_s[-1]) > 0.5 or not np.isfinite(run.command_rad).all():
             continue
-        menu.append((_separation(context, motion, [v[:1] for v in variants]), gait, motion))
-    menu.sort(key=lambda entry: -entry[0])
-    best: tuple[float, Gait] | None = None
-    for promise, gait, motion in menu[:LOOKED_AT]:
-        apart = promise if promise < ALIKE else _separation(context, motion, variants)
-        if best is None or apart > best[0] + 1e-9:
-            best = (apart, gait)
-    if best is None or best[0] < ALIKE:
-        return Proposal(None, _channel(rivals, context.data.robot.body is None))
-    apart, gait = best
-    settled = 1 - 0.5 * float(np.exp(-apart / 0.1))
-    shown = GaitDegrees(
-        alpha_deg=round(degrees(gait.alpha_rad), 6),
-        beta_deg=round(degrees(gait.beta_rad), 6),
-        omega_rad_s=gait.omega_rad_s,
-        offset_deg=round(degrees(gait.offset_rad), 6),
+        there = np.stack([np.interp(stage.t_s, t, column) for column in run.command_rad.T], axis=1)
+        if float(np.mean(np.square(there - stage.command))) < SAME_COMMAND**2 * power:
+            return True
+    return False
+
+
+def _described(
+    context: Context, best: _Look, rivals: Sequence[Trial], told: Sequence[Pair], probability: float
+) -> NextExperiment:
+    option: Option = best.stage.option
+    names = [" + ".join(dict.fromkeys(r.hypothesis.names)) for r in rivals]
+    in_question = {name for pair in told for name in (names[pair[0]], names[pair[1]])}
+    count = context.data.joints
+    least = min(
+        times_noise(best.stage, best.fits[a], best.fits[b], sorted(
+            {*acted_joints(rivals[a].hypothesis, count), *acted_joints(rivals[b].hypothesis, count)}
+        ))
+        for a, b in told
+    )  # fmt: skip
+    where = (
+        f"differ by {least:.2g} times the noise"
+        if least >= 1
+        else "differ over ground by more than the noise"
     )
-    label = " and ".join(" + ".join(n) for n in names)
-    kind = "a small, slow motion" if shown.alpha_deg <= 6 else "this gait"
-    return Proposal(
-        NextExperiment(
-            gait=shown,
-            motion=f"alpha {shown.alpha_deg:g} deg, beta {shown.beta_deg:g} deg, omega {shown.omega_rad_s:g} rad/s, "
-            f"offset {shown.offset_deg:g} deg, {DURATION_S:g} s",
-            separates=(tuple(" + ".join(n) for n in names),),
-            expected_probability_after=round(min(probability * settled, 0.99), 3),
-            reason=f"in {kind} the predictions of {label} differ by {_times(apart)} the noise, "
-            "whatever their parameters",
-            command=_command(shown),
-        ),
-        None,
-    )
-
-
-def _times(apart: float) -> str:
-    return f"{np.sqrt(np.expm1(2 * apart)):.2g} times"
-
-
-def _command(gait: GaitDegrees) -> str:
-    offset = f" --offset {gait.offset_deg:g}" if gait.offset_deg else ""
-    return (
-        f"snakebot run --alpha {gait.alpha_deg:g} --beta {gait.beta_deg:g} --omega {gait.omega_rad_s:g}{offset} "
-        f"--duration {DURATION_S:g} --ramp {RAMP_S:g}"
+    return NextExperiment(
+        gait=option.shown_gait,
+        probe=None if option.probe is None else str(option.probe),
+        lifted=option.lifted,
+        motion=str(option),
+        separates=tuple((names[a], names[b]) for a, b in told),
+        expected_probability_after=round(min(probability * best.settled, SUREST), 3),
+        reason=f"the predictions of {' and '.join(sorted(in_question, key=names.index))} {where} there, and no "
+        "values of their parameters that fit the runs so far make up for it",
+        command=option.command,
     )
 
 
-def _variants(trial: Trial, rng: np.random.Generator) -> list[tuple[EffectSpec, ...]]:
-    """The explanation at its fit and at draws from its uncertainty."""
-    out = [trial.specs]
-    covariance = np.nan_to_num(trial.covariance, nan=0.0, posinf=0.0)
-    if trial.theta.size and np.any(covariance):
-        root = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        draws = rng.normal(size=(DRAWS, root.size))
-        out.extend(trial.hypothesis.specs(trial.theta + root * draw) for draw in draws)
-    return out
-
-
-def _separation(
-    context: Context, motion: GaitMotion, variants: Sequence[Sequence[tuple[EffectSpec, ...]]]
-) -> float:
-    """Expected score by which the right one of the nearest two rivals would lead, over their parameters."""
-    t = np.arange(int(DURATION_S * RATE_HZ)) / RATE_HZ
-    command = motion.sampled(t)
-    later = t > RAMP_S  # the start depends on where the joints stood
-    readings = [[_reading(context, t, command, specs) for specs in group] for group in variants]
-    allowed = np.square(context.floor.rad)
-    tolerance = _tolerance(context, t, command)
-    blocks = ((t[later] - t[later][0]) / BLOCK_S).astype(np.int64)
-    size = np.bincount(blocks)
-    smallest = np.inf
-    for a, b in combinations(range(len(readings)), 2):
-        for x in readings[a]:
-            for y in readings[b]:
-                apart = 0.0
-                for joint in range(command.shape[1]):
-                    square = (
-                        np.bincount(blocks, weights=np.square(x[0][later, joint] - y[0][later, joint])) / size
-                    )
-                    room = (
-                        np.bincount(blocks, weights=np.square(tolerance[later, joint])) / size
-                        + allowed[joint]
-                    )
-                    apart = max(apart, float(np.mean(0.5 * np.log1p(square / room))))
-                apart = max(apart, _ground_apart(context, x[1], y[1]))
-                smallest = min(smallest, apart)
-    return smallest
-
-
-def _reading(
-    context: Context, t: Floats, command: Floats, specs: Sequence[EffectSpec]
-) -> tuple[Floats, Floats | None]:
-    """Readings (N, k) and, where the session has a pose, forward speed, lateral speed and turn rate."""
-    stages = context.simulator.stages(specs)
-    track = stages.link(t, command)
-    angle = servo_stage(stages, track, t, initial_rad=command[0]).joint_angle_rad
-    reading, _ = stages.sensor(t, angle)
-    has_pose = context.ground is not None and any(run.pose is not None for run in context.data.runs)
-    if not has_pose or stages.model is None:
-        return reading, None
-    from snakebot.diagnosis.ground import Window, window_features
-    from snakebot.physics import replay
-
-    path = replay(stages.model, t, angle)
-    pose = np.column_stack([path.com_m, path.heading_rad])
-    return reading, np.array(window_features(t, pose, Window(0, t[-1] / 3, t[-1] - RAMP_S, False)))
-
-
-def _tolerance(context: Context, t: Floats, command: Floats) -> Floats:
-    """How far the nominal reading moves within the tolerance of the servo's lag, (N, k)."""
-    from snakebot.diagnosis.score import LAG_TOLERANCE
-
-    stages = context.simulator.stages(())
-    angle = servo_stage(stages, stages.link(t, command), t, initial_rad=command[0]).joint_angle_rad
-    rate = np.gradient(angle, t, axis=0)
-    return np.asarray(rate * context.data.robot.servo.time_constant_s * LAG_TOLERANCE)
-
-
-def _ground_apart(context: Context, x: Floats | None, y: Floats | None) -> float:
-    if x is None or y is None or context.ground is None:
-        return 0.0
-    kind = context.ground.kind
-    room = np.array(
-        [
-            np.median(context.ground_allowed_square[kind == i]) if np.any(kind == i) else np.inf
-            for i in range(3)
-        ]
-    )
-    return float(np.max(0.5 * np.log1p(np.square(x - y) / room)))
+def _channel_for(looks: Sequence[_Look], rivals: Sequence[Trial], on_bench: bool) -> str | None:
+    """The signal that would settle those which no motion of the menu tells apart, even at their fits."""
+    pairs = combinations(range(len(rivals)), 2)
+    hopeless = {i for pair in pairs if all(look.lead[pair] < ALIKE for look in looks) for i in pair}
+    return _channel([rivals[i] for i in sorted(hopeless)], on_bench) if hopeless else None
 
 
 def _channel(rivals: Sequence[Trial], on_bench: bool) -> str:

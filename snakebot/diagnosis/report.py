@@ -36,9 +36,13 @@ def page(session: Session, diagnosis: Diagnosis) -> str:
     if diagnosis.next_experiment is not None:
         nxt = diagnosis.next_experiment
         section = out.section("The next experiment")
-        section.add(Note(f"{nxt.motion}: {nxt.reason}."))
+        section.add(Note(f"{nxt.motion[0].upper()}{nxt.motion[1:]}: {nxt.reason}."))
+        if nxt.lifted:
+            section.add(Note("Lift the robot off the ground before it, and put it back after it.", "warning"))
+        section.add(Note(nxt.command))
+        pairs = "; ".join(" from ".join(pair) for pair in nxt.separates)
         section.add(
-            Note(f"{nxt.command} (expected probability after it: {nxt.expected_probability_after:.0%})")
+            Note(f"It tells {pairs}. Expected probability after it: {nxt.expected_probability_after:.0%}.")
         )
     return out.html()
 

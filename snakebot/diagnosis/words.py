@@ -70,7 +70,7 @@ def summary(diagnosis: Diagnosis) -> list[str]:
             f"Left over: {diagnosis.unexplained.share:.1%} of the gap; {diagnosis.unexplained.where}"
         )
     if diagnosis.next_experiment is not None:
-        lines.append(f"Next: {diagnosis.next_experiment.reason}:")
+        lines.append(f"Next: {diagnosis.next_experiment.motion}: {diagnosis.next_experiment.reason}:")
         lines.append(f"  {diagnosis.next_experiment.command}")
     lines += [f"Warning: {warning}" for warning in diagnosis.warnings]
     return lines

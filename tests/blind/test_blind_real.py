@@ -150,6 +150,9 @@ def test_a_file_that_is_no_expectation_is_refused(tmp_path: Path, file: Path) ->
     bad.write_text(file.read_text().replace("kind: no_floor", "kind: hunch"))
     with pytest.raises(ExpectationError, match="no such kind of check: hunch"):
         read_expectations(bad)
+    bad.write_text(file.read_text().replace("id: late", "id: on"))
+    with pytest.raises(ExpectationError, match="an id is no word"):
+        read_expectations(bad)
     bad.write_text(file.read_text().replace("id: late", "id: speed"))
     with pytest.raises(ExpectationError, match="stands twice"):
         read_expectations(bad)
@@ -180,5 +183,5 @@ def test_recordings_of_real_servos(root: Path, tmp_path: Path) -> None:
     assert result["no_verdict"] == []
     assert {c["recording"] for c in result["checks"]} >= {BARE, "xl330_pendulum/kp_100"}
     assert [c for c in result["checks"] if c["must_not"] and c["holds"] is False] == []
-    assert [c for c in result["checks"] if c["id"] in ("held_out", "off") and not c["holds"]] == []
+    assert [c for c in result["checks"] if c["id"] in ("held_out", "power_off") and not c["holds"]] == []
     assert "as expected" in done.stdout

@@ -71,6 +71,8 @@ def read_expectations(path: Path) -> Expectations:
             rules += [rule for part in ("should", "must_not") for rule in made.everywhere[part]]
         if len({rule["id"] for rule in rules}) != len(rules):
             raise ExpectationError(f"{path}: {name}: an id stands twice")
+        if not all(isinstance(rule["id"], str) for rule in rules):  # YAML reads `off` as a truth value
+            raise ExpectationError(f"{path}: {name}: an id is no word")
         unknown = {rule["kind"] for rule in rules} - set(KINDS)
         if unknown:
             raise ExpectationError(f"{path}: {name}: no such kind of check: {', '.join(sorted(unknown))}")

@@ -19,10 +19,11 @@ DURATION_S, RAMP_S = 10.0, 2.0
 
 @dataclass(frozen=True)
 class Experiment:
-    """A motion to be run. ``gait``: as session.yaml writes it; None for a probe."""
+    """A motion to be run: ``gait`` as session.yaml writes it, or ``probe`` as written after ``--probe``."""
 
     motion: Motion
     gait: dict[str, float] | None
+    probe: str | None = None
     lifted: bool = False
 
 
@@ -49,9 +50,9 @@ def proposed(command: str) -> Experiment:
     ramp = RAMP_S if asked.ramp is None else asked.ramp
     if asked.probe is not None:
         motion: Motion = ProbeMotion(parse_probe(asked.probe), JOINTS, duration, ramp)
-        return Experiment(motion, None, asked.lifted)
+        return Experiment(motion, None, asked.probe, asked.lifted)
     gait = Gait.from_degrees(asked.alpha, asked.beta, asked.omega, asked.offset)
-    return Experiment(GaitMotion(gait, JOINTS, duration, ramp), _words(gait), asked.lifted)
+    return Experiment(GaitMotion(gait, JOINTS, duration, ramp), _words(gait), None, asked.lifted)
 
 
 def at_random(rng: np.random.Generator) -> Experiment:

@@ -54,15 +54,23 @@ def write_session(folder: Path, case: Case) -> None:
     os.utime(folder, (STAMP_S, STAMP_S))
 
 
-def add_run(folder: Path, run: Recording, gait: dict[str, float] | None, *, lifted: bool = False) -> None:
+def add_run(
+    folder: Path,
+    run: Recording,
+    gait: dict[str, float] | None,
+    probe: str | None = None,
+    *,
+    lifted: bool = False,
+) -> None:
     """One more run for a session, as of a lab that does what was proposed; ``lifted`` off the ground it has no pose."""
     count = len(list(folder.glob("run_*.csv")))
     name = f"run_{count + 1:02d}.csv"
     entry = f"  - file: {name}\n"
     if gait is not None:
         entry += "    gait: {" + ", ".join(f"{k}: {v:.6f}" for k, v in gait.items()) + "}\n"
-    if lifted:
-        entry += "    metadata: {lifted: true}\n"
+    about = [f'probe: "{probe}"'] * (probe is not None) + ["lifted: true"] * lifted
+    if about:
+        entry += "    metadata: {" + ", ".join(about) + "}\n"
     with (folder / "session.yaml").open("a") as file:
         file.write(entry)
     text = _table(run)

@@ -17,12 +17,12 @@ from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.groups import ALIKE
 from snakebot.diagnosis.menu import Option, menu, motion_of
 from snakebot.diagnosis.result import NextExperiment
-from snakebot.diagnosis.separation import Shown, Stage, acted_joints, lead_of, times_noise
+from snakebot.diagnosis.separation import Shown, Stage, acted_joints, acts_over_ground, lead_of, times_noise
 from snakebot.diagnosis.trial import Trial
 
 __all__ = ["Proposal", "motion_of", "propose"]
 
-LOOKED_AT = 8  # motions of the menu that are tried with the parameters' uncertainty
+LOOKED_AT = 6  # motions of the menu that are tried with the parameters' uncertainty
 MOST_RIVALS = 4
 WORTH_LIFTING = 0.05  # more of the probability, or a motion on the ground will do
 SAME_COMMAND = 0.02  # rms difference over rms, below which a motion has been run already
@@ -66,7 +66,8 @@ def propose(context: Context, rivals: Sequence[Trial], probability: float) -> Pr
     acted = {j + 1 for r in rivals for j in acted_joints(r.hypothesis, context.data.joints)}
     loads = any(context.simulator.stages(r.specs).feels_load for r in rivals)
     options = menu(context.data.robot, sorted(acted), loads=loads)
-    looks = [_first_look(Stage(context, option), rivals) for option in options]
+    over_ground = any(acts_over_ground(r.hypothesis) for r in rivals)
+    looks = [_first_look(Stage(context, option, over_ground=over_ground), rivals) for option in options]
     looks = [look for look in looks if not _has_been_run(context, look.stage)]
     looks.sort(key=_worth, reverse=True)
     channel = _channel_for(looks, rivals, context.data.robot.body is None)
@@ -98,7 +99,8 @@ def _look(stage: Stage, rivals: Sequence[Trial], shown: tuple[Shown, ...]) -> _L
     lead: dict[Pair, float] = {}
     for a, b in combinations(range(len(rivals)), 2):
         joints = {*acted_joints(rivals[a].hypothesis, count), *acted_joints(rivals[b].hypothesis, count)}
-        lead[a, b] = lead_of(stage, shown[a], shown[b], sorted(joints))
+        over_ground = acts_over_ground(rivals[a].hypothesis) or acts_over_ground(rivals[b].hypothesis)
+        lead[a, b] = lead_of(stage, shown[a], shown[b], sorted(joints), over_ground=over_ground)
     return _Look(stage, shown, lead, _settled(lead, len(rivals)))
 
 

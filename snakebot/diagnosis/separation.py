@@ -47,15 +47,18 @@ class Shown:
 
 
 class Stage:
-    """One motion, ready to be simulated under any explanation."""
+    """One motion, ready to be simulated under any explanation.
 
-    def __init__(self, context: Context, option: Option) -> None:
+    ``over_ground``: as far as the session measures it, the motion over ground counts too.
+    """
+
+    def __init__(self, context: Context, option: Option, *, over_ground: bool) -> None:
         self.context = context
         self.option = option
         self.robot = lifted(context.data.robot) if option.lifted else context.data.robot
         self.t_s = np.arange(int(DURATION_S * RATE_HZ)) / RATE_HZ
         self.command = option.motion.sampled(self.t_s)
-        self.measures_ground = context.ground is not None and not option.lifted
+        self.measures_ground = over_ground and context.ground is not None and not option.lifted
         self._room: tuple[Floats, Floats, Floats] | None = None
 
     @property
@@ -106,14 +109,16 @@ class Stage:
         return Shown(fit.angle, fit.ground, tuple(turns))
 
 
-def lead_of(stage: Stage, a: Shown, b: Shown, joints: Sequence[int]) -> float:
+def lead_of(stage: Stage, a: Shown, b: Shown, joints: Sequence[int], *, over_ground: bool) -> float:
     """Mean score by which the true one of two explanations would lead over all runs, this one with them.
 
     Args:
         joints: 0-based, that either of them acts on.
+        over_ground: whether the measured joint angles leave them different ways over ground.
     """
-    one_way = _lead(stage, a.angle - b.angle, _less(a.ground, b.ground), b.turns, joints)
-    return min(one_way, _lead(stage, b.angle - a.angle, _less(b.ground, a.ground), a.turns, joints))
+    ground = _less(a.ground, b.ground) if over_ground else None
+    one_way = _lead(stage, a.angle - b.angle, ground, b.turns, joints)
+    return min(one_way, _lead(stage, b.angle - a.angle, None if ground is None else -ground, a.turns, joints))
 
 
 def times_noise(stage: Stage, a: Shown, b: Shown, joints: Sequence[int]) -> float:
@@ -155,8 +160,6 @@ def _lead(
 
 def _turned(stage: Stage, apart: Floats, turns: Sequence[Floats], columns: list[int]) -> Floats:
     """Standard deviations by which the parameters are turned: weighed by blocks, against leaving the fit so far."""
-    from scipy.optimize import lsq_linear
-
     if not turns:
         return np.zeros(0)
     _, _, allowed = stage.room
@@ -166,11 +169,7 @@ def _turned(stage: Stage, apart: Floats, turns: Sequence[Floats], columns: list[
     by_sample = weight[block_numbers(apart.shape[0])]
     table = np.stack([(t[:, columns] * by_sample).ravel() for t in turns], axis=1)
     wanted = (apart[:, columns] * by_sample).ravel()
-    # normal equations, plus one unit a direction for what the data so far say
-    square = table.T @ table + np.eye(len(turns))
-    root = np.linalg.cholesky(square)
-    goal = np.linalg.solve(root, table.T @ wanted)
-    return np.asarray(lsq_linear(root.T, goal, (-FARTHEST, FARTHEST), method="bvls").x)
+    return _bounded(table, wanted)
 
 
 def _shift(context: Context, left: Floats, rate: Floats, allowed: Floats) -> Floats:
@@ -185,28 +184,36 @@ def _shift(context: Context, left: Floats, rate: Floats, allowed: Floats) -> Flo
 
 
 def _ground_lead(context: Context, apart: Floats, turns: Sequence[Floats | None]) -> float:
-    from snakebot.diagnosis.allowance import bounded_share
-
     ground = context.ground
     assert ground is not None
     kinds = [i for i in range(3) if np.any(ground.kind == i)]
-    marks = context.ground_marks
-    room = np.array(
-        [
-            np.median(context.ground_allowed_square[ground.kind == i])
-            + np.median(np.square(marks[ground.kind == i]).sum(axis=1))
-            for i in kinds
-        ]
-    )
+    tolerance = np.square(context.ground_marks).sum(axis=1)
+    allowed = [float(np.median((context.ground_allowed_square + tolerance)[ground.kind == i])) for i in kinds]
+    room = np.sqrt(allowed)
     left = apart[kinds]
-    known = [t[kinds] for t in turns if t is not None and np.isfinite(t).all()]
-    if known and len(known) < len(kinds):
-        table = FARTHEST * np.stack(known, axis=1)
-        left = left - table @ bounded_share(left, table, room)
+    known = [t[kinds] for t in turns if t is not None]
     if not np.isfinite(left).all():
         return 0.0
+    if known:
+        table = np.nan_to_num(np.stack(known, axis=1))
+        weight = 1 / np.sqrt(np.square(room) + np.square(left))
+        left = left - table @ _bounded(table * weight[:, None], left * weight)
     fresh = ground.count / max(len(np.unique(ground.run)), 1)  # values that one more run brings
-    return float(np.mean(0.5 * np.log1p(np.square(left) / room)) * fresh / (ground.count + fresh))
+    gain = float(np.mean(0.5 * np.log1p(np.square(left / room))))
+    return gain * fresh / (ground.count + fresh)
+
+
+def _bounded(table: Floats, wanted: Floats) -> Floats:
+    """Turns (m,) in standard deviations that take most off ``wanted`` (N,) by ``table`` (N, m): one unit of cost for
+    each that is turned by one, as the data so far want it where it is.
+    """
+    from scipy.optimize import lsq_linear
+
+    if not table.shape[1]:
+        return np.zeros(0)
+    root = np.linalg.cholesky(table.T @ table + np.eye(table.shape[1]))
+    goal = np.linalg.solve(root, table.T @ wanted)
+    return np.asarray(lsq_linear(root.T, goal, (-FARTHEST, FARTHEST), method="bvls").x)
 
 
 def block_numbers(samples: int) -> NDArray[np.int64]:
@@ -219,6 +226,11 @@ def block_means(values: Floats) -> Floats:
     block = block_numbers(values.shape[0])
     starts = np.flatnonzero(np.diff(block, prepend=-1))
     return np.asarray(np.add.reduceat(values, starts, axis=0) / np.bincount(block)[:, None])
+
+
+def acts_over_ground(hypothesis: Hypothesis) -> bool:
+    """Whether the same readings go another way over ground under it: the ground is predicted from them."""
+    return any(term.stage in ("sensor", "body") for term in hypothesis.terms)
 
 
 def acted_joints(hypothesis: Hypothesis, count: int) -> tuple[int, ...]:

@@ -30,11 +30,20 @@ slow: $(VENV)/.tested  ## what the default suite leaves out
 	$(BIN)/python -m pytest -n 2 -m slow
 
 SEED ?= 2
-CASES ?= 300
+CASES ?= 340
+TRAIN ?= 200
+BLIND := build/blind-$(SEED)-$(CASES)
+LEARN := build/blind-tune-$(SEED)-$(TRAIN) build/blind-calibrate-$(SEED)-$(TRAIN)
 blind: $(VENV)/.tested  ## the diagnosis on sealed cases of another robot; goes on where it was stopped
-	$(BIN)/python tools/blind/make --seed $(SEED) --cases $(CASES) build/blind-$(SEED)-$(CASES)
-	$(BIN)/python tools/blind/answer build/blind-$(SEED)-$(CASES) build/blind-$(SEED)-$(CASES).answers
-	$(BIN)/python tools/blind/score build/blind-$(SEED)-$(CASES).answers build/blind-$(SEED)-$(CASES)/labels.sealed
+	mkdir -p build
+	$(BIN)/python tools/blind/make --seed $(SEED) --cases $(CASES) $(BLIND)
+	$(BIN)/python tools/blind/answer $(BLIND) $(BLIND).answers
+	$(BIN)/python tools/blind/experiment $(BLIND) $(BLIND).answers
+	$(BIN)/python tools/blind/make --seed $(SEED) --cases $(TRAIN) --set tune $(word 1,$(LEARN))
+	$(BIN)/python tools/blind/make --seed $(SEED) --cases $(TRAIN) --set calibrate $(word 2,$(LEARN))
+	$(BIN)/python tools/blind/baseline $(LEARN) --answer $(BLIND) $(BLIND).answers
+	$(BIN)/python tools/blind/fit_all $(BLIND) $(BLIND).answers
+	$(BIN)/python tools/blind/score $(BLIND).answers $(BLIND)/labels.sealed --oracle $(BLIND)
 
 lint: $(VENV)/.linted
 	$(BIN)/ruff check .

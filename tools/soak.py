@@ -34,6 +34,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "wire"))
 
+import numpy as np  # noqa: E402
 from wire_bench import PENN_STATE, Bench, WireLink  # noqa: E402
 
 from snakebot.board import Board  # noqa: E402
@@ -184,9 +185,9 @@ def real(minutes: float, parts: int, wire: str) -> bool:
         os.close(terminal)
         if host.returncode:
             print(said.decode(errors="replace"))
-            return True
         bad = [watch.grown() for watch in watches]
-        return errors_of(log) or any(bad)
+        (written,) = log.parent.glob("soak.mcap*")  # unfinished where the run was cut off
+        return errors_of(written) or any(bad) or host.returncode != 0
 
 
 def errors_of(path: Path) -> bool:
@@ -197,6 +198,10 @@ def errors_of(path: Path) -> bool:
         counts = log.link[name]
         middle, end = counts[half], counts[-1]
         print(f"{name:14} {middle:6g} in the first half, {end - middle:6g} in the second")
+    longest_s, answer_s = np.diff(log.t_s).max(), np.nanmax(log.latency_s)
+    print(
+        f"longest time between two set-points {1e3 * longest_s:.1f} ms, until an answer {1e3 * answer_s:.1f} ms"
+    )
     print(f"{log.link['ticks'][-1]:g} ticks, log of {path.stat().st_size} bytes")
     return bool(any(log.link[name][-1] > 0 for name in ("corrupt", "unreadable", "board_corrupt")))
 

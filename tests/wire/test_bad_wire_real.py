@@ -1,0 +1,61 @@
+"""`snakebot run` through the proxy of tools/bad_wire.py: real processes on a pseudo-terminal, TCP and a CAN bus."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytestmark = pytest.mark.slow
+
+TOOL = Path(__file__).parents[2] / "tools" / "bad_wire_run.py"
+WIRES = pytest.mark.parametrize("wire", ["pty", "tcp", "bus"])
+TE_RISE = (
+    0.01  # of the amplitude; measured: up to 0.0013 on an idle computer, more where it comes late as well
+)
+
+
+def through_proxy(wire: str, *rates: str) -> dict[str, Any]:
+    done = subprocess.run(
+        [sys.executable, str(TOOL), "--wire", wire, "--json", *rates], capture_output=True, text=True
+    )
+    if "no network namespace" in done.stderr:
+        pytest.skip(done.stderr.strip())
+    assert done.returncode == 0, done.stdout + done.stderr
+    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    print(f"{wire}: {found['clean_text']}; {found['bad_text']}; {found['te_rise']}")
+    return found
+
+
+def assert_went_on(found: dict[str, Any]) -> None:
+    assert found["bad"]["status"] == 0, found["bad_text"]
+    assert found["mode"] == "disarmed"
+    summary = found["bad"]["summary"]
+    assert summary["lost"] > 0.2 * summary["ticks"], "the wire was not bad"
+    assert abs(found["te_rise"]) < TE_RISE
+
+
+@WIRES
+def test_one_percent_corrupt_and_five_percent_lost(wire: str) -> None:
+    assert_went_on(through_proxy(wire, "--flip", "0.01", "--drop", "0.05"))
+
+
+@WIRES
+def test_every_kind_of_disturbance_together(wire: str) -> None:
+    rates = (
+        "--flip 0.002 --drop 0.03 --duplicate 0.05 --delay 0.05 --reorder 0.05 --truncate 0.01 --delay-s 0.03"
+    )
+    assert_went_on(through_proxy(wire, *rates.split()))
+
+
+@WIRES
+def test_half_of_everything_lost_in_mid_run(wire: str) -> None:
+    found = through_proxy(wire, "--awful-after", "4")
+    assert found["bad"]["status"] in (4, 5), found["bad_text"]
+    assert "Traceback" not in found["bad"]["said"]
+    assert found["mode"] == found["later"]["mode"] == "fault"
+    assert not found["later"]["powered"]

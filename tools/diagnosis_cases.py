@@ -12,7 +12,7 @@ from math import radians
 import numpy as np
 
 from snakebot.effects import EffectSpec, Plant
-from snakebot.gait import Gait, GaitMotion
+from snakebot.gait import Gait, GaitMotion, Motion
 from snakebot.robot import Body, Friction, Robot, Servo, load_robot
 from snakebot.runlog import Run, Session
 
@@ -137,6 +137,20 @@ def simulate_run(
     noise_deg: float = 0.05,
 ) -> Run:
     """One run of the simulated robot, commands and encoders at every tick, pose included."""
+    motion = GaitMotion(gait, robot.joints, duration_s, ramp_s=1.0)
+    return replace(simulate_motion(robot, specs, motion, name, rng, rate_hz, noise_deg), gait=gait)
+
+
+def simulate_motion(
+    robot: Robot,
+    specs: tuple[EffectSpec, ...],
+    motion: Motion,
+    name: str,
+    rng: np.random.Generator,
+    rate_hz: float = 100.0,
+    noise_deg: float = 0.05,
+) -> Run:
+    """The same for any motion."""
     plant = Plant(
         robot,
         (*specs, EffectSpec("encoder_noise", {"std_deg": noise_deg}))
@@ -144,9 +158,8 @@ def simulate_run(
         else specs,
         seed=int(rng.integers(1 << 31)),
     )
-    motion = GaitMotion(gait, robot.joints, duration_s, ramp_s=1.0)
     jitter = rng.uniform(-0.05, 0.05)
-    t = np.arange(int(duration_s * rate_hz)) / rate_hz
+    t = np.arange(int(motion.duration_s * rate_hz)) / rate_hz
     t = t + jitter / rate_hz * np.sin(t)
     t -= t[0]
     command = motion.sampled(t)
@@ -158,7 +171,7 @@ def simulate_run(
         here = plant.pose()
         pose[i] = (0, 0, 0) if here is None else (here.x_m, here.y_m, here.heading_rad)
         plant.command(float(now), command[i])
-    return Run(name, t, command, measured, pose=pose if robot.body is not None else None, gait=gait)
+    return Run(name, t, command, measured, pose=pose if robot.body is not None else None)
 
 
 def make_case(

@@ -15,7 +15,7 @@ import numpy as np
 
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.groups import ALIKE
-from snakebot.diagnosis.menu import Option, menu, motion_of
+from snakebot.diagnosis.menu import DURATION_S, RAMP_S, Option, menu, motion_of
 from snakebot.diagnosis.result import NextExperiment
 from snakebot.diagnosis.separation import Shown, Stage, acted_joints, acts_over_ground, lead_of, times_noise
 from snakebot.diagnosis.trial import Trial
@@ -24,7 +24,7 @@ __all__ = ["Proposal", "motion_of", "propose"]
 
 LOOKED_AT = 6  # motions of the menu that are tried with the parameters' uncertainty
 MOST_RIVALS = 4
-WORTH_LIFTING = 0.05  # more of the probability, or a motion on the ground will do
+TROUBLE = 0.05  # of the probability, for which nobody lifts a robot or waits for a long run
 SAME_COMMAND = 0.02  # rms difference over rms, below which a motion has been run already
 SUREST = 0.99
 
@@ -80,8 +80,9 @@ def propose(context: Context, rivals: Sequence[Trial], probability: float) -> Pr
 
 
 def _worth(look: _Look) -> tuple[float, float]:
-    """To sort by: what will be known, less the trouble of lifting; among equals, the clearer."""
-    trouble = WORTH_LIFTING if look.stage.option.lifted else 0.0
+    """To sort by: what will be known, less the trouble; among equals, the clearer."""
+    option = look.stage.option
+    trouble = TROUBLE * (option.lifted + (option.duration_s > DURATION_S))
     return round(look.settled - trouble, 3), min(look.lead.values())
 
 
@@ -147,6 +148,8 @@ def _described(
         gait=option.shown_gait,
         probe=None if option.probe is None else str(option.probe),
         lifted=option.lifted,
+        duration_s=option.duration_s,
+        ramp_s=RAMP_S,
         motion=str(option),
         separates=tuple((names[a], names[b]) for a, b in told),
         expected_probability_after=round(min(probability * best.settled, SUREST), 3),

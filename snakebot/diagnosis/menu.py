@@ -12,6 +12,7 @@ from snakebot.gait import Gait, GaitMotion, Motion, Probe, ProbeMotion, check_mo
 from snakebot.robot import Robot
 
 DURATION_S = 12.0
+LONG_S = 60.0  # for what comes with time: a battery that runs down, clocks that part
 RAMP_S = 2.0
 WIDEST_CURL_RAD = radians(
     200
@@ -23,6 +24,7 @@ GAITS = (
     *((30, 80, 0.5, 0), (30, 80, 4.0, 0), (50, 80, 1.0, 0), (50, 80, 3.0, 0), (66, 80, 2.0, 0)),
     *((15, 80, 1.0, 15), (30, 80, 4.0, 15), (50, 80, 2.0, 15)),
 )
+LONG = ((50, 80, 3.0, 0),)
 PROBES = (
     "triangle:amplitude_deg=2,rate_deg_s=4",
     "triangle:amplitude_deg=6,rate_deg_s=6",
@@ -52,6 +54,10 @@ class Option:
     motion: Motion
 
     @property
+    def duration_s(self) -> float:
+        return self.motion.duration_s
+
+    @property
     def shown_gait(self) -> GaitDegrees | None:
         if self.gait is None:
             return None
@@ -74,12 +80,12 @@ class Option:
                 f"--alpha {gait.alpha_deg:g} --beta {gait.beta_deg:g} --omega {gait.omega_rad_s:g}{offset}"
             )
         air = " --lifted" if self.lifted else ""
-        return f"snakebot run {words} --duration {DURATION_S:g} --ramp {RAMP_S:g}{air}"
+        return f"snakebot run {words} --duration {self.duration_s:g} --ramp {RAMP_S:g}{air}"
 
     def __str__(self) -> str:
         """In words, as part of a sentence."""
         air = "; lift the robot off the ground first" if self.lifted else ""
-        return f"{self._words()}, {DURATION_S:g} s{air}"
+        return f"{self._words()}, {self.duration_s:g} s{air}"
 
     def _words(self) -> str:
         if self.probe is None:
@@ -106,9 +112,10 @@ def menu(robot: Robot, joints: Sequence[int], *, loads: bool) -> list[Option]:
         loads: whether one of them feels what the servos bear: then motions in the air are on the menu too.
     """
     options: list[Option] = []
-    for alpha, beta, omega, offset in GAITS:
-        wave = Gait(radians(alpha), radians(beta), omega, radians(offset))
-        _add(options, robot, wave, None, False)
+    for gaits, duration_s in ((GAITS, DURATION_S), (LONG, LONG_S)):
+        for alpha, beta, omega, offset in gaits:
+            wave = Gait(radians(alpha), radians(beta), omega, radians(offset))
+            _add(options, robot, wave, None, duration_s=duration_s)
     groups: list[tuple[int, ...] | None] = [None if len(joints) == robot.joints else tuple(joints)]
     if len(joints) > 1:
         groups.append((joints[len(joints) // 2],))
@@ -116,26 +123,34 @@ def menu(robot: Robot, joints: Sequence[int], *, loads: bool) -> list[Option]:
         for text in texts:
             for group in groups:
                 where = "" if group is None else ",joints=" + "+".join(map(str, group))
-                _add(options, robot, None, parse_probe(text + where), lifted)
+                _add(options, robot, None, parse_probe(text + where), lifted=lifted)
     return options
 
 
-def _add(options: list[Option], robot: Robot, gait: Gait | None, probe: Probe | None, lifted: bool) -> None:
+def _add(
+    options: list[Option],
+    robot: Robot,
+    gait: Gait | None,
+    probe: Probe | None,
+    *,
+    lifted: bool = False,
+    duration_s: float = DURATION_S,
+) -> None:
     if probe is not None and probe.amplitude_rad * len(probe.joint_indices(robot.joints)) > WIDEST_CURL_RAD:
         return
     try:
-        motion = _motion(gait, probe, robot)
+        motion = _motion(gait, probe, robot, duration_s)
         check_motion(motion, robot)
     except BadInputError:
         return
     options.append(Option(gait, probe, lifted, motion))
 
 
-def _motion(gait: Gait | None, probe: Probe | None, robot: Robot) -> Motion:
+def _motion(gait: Gait | None, probe: Probe | None, robot: Robot, duration_s: float) -> Motion:
     if probe is not None:
-        return ProbeMotion(probe, robot.joints, DURATION_S, RAMP_S)
+        return ProbeMotion(probe, robot.joints, duration_s, RAMP_S)
     assert gait is not None
-    return GaitMotion(gait, robot.joints, DURATION_S, RAMP_S)
+    return GaitMotion(gait, robot.joints, duration_s, RAMP_S)
 
 
 def motion_of(proposal: NextExperiment, robot: Robot) -> Motion:
@@ -149,4 +164,4 @@ def motion_of(proposal: NextExperiment, robot: Robot) -> Motion:
     if proposal.gait is not None:
         g = proposal.gait
         gait = Gait.from_degrees(g.alpha_deg, g.beta_deg, g.omega_rad_s, g.offset_deg)
-    return _motion(gait, probe, robot)
+    return _motion(gait, probe, robot, proposal.duration_s)

@@ -151,6 +151,8 @@ class NextExperiment(_Part):
     gait: GaitDegrees | None
     probe: str | None = None
     lifted: bool = False
+    duration_s: float
+    ramp_s: float
     motion: str
     separates: tuple[tuple[str, ...], ...]
     expected_probability_after: Share

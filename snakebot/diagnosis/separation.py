@@ -17,7 +17,7 @@ from snakebot.diagnosis.allowance import rate_of
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.data import BLOCK_S
 from snakebot.diagnosis.hypothesis import Hypothesis, bounds
-from snakebot.diagnosis.menu import DURATION_S, RAMP_S, Option
+from snakebot.diagnosis.menu import RAMP_S, Option
 from snakebot.diagnosis.score import SHAPE_TOLERANCE
 from snakebot.diagnosis.trial import Trial
 from snakebot.effects.prediction import servo_stage
@@ -56,7 +56,7 @@ class Stage:
         self.context = context
         self.option = option
         self.robot = lifted(context.data.robot) if option.lifted else context.data.robot
-        self.t_s = np.arange(int(DURATION_S * RATE_HZ)) / RATE_HZ
+        self.t_s = np.arange(int(option.duration_s * RATE_HZ)) / RATE_HZ
         self.command = option.motion.sampled(self.t_s)
         self.measures_ground = over_ground and context.ground is not None and not option.lifted
         self._room: tuple[Floats, Floats, Floats] | None = None
@@ -90,7 +90,8 @@ class Stage:
             return None
         path = replay(stages.model, self.t_s, angle, max_step_s=MAX_STEP_S)
         pose = np.column_stack([path.com_m, path.heading_rad])
-        window = Window(0, DURATION_S / 3, DURATION_S - RAMP_S, False)
+        end_s = self.option.duration_s - RAMP_S
+        window = Window(0, end_s / 3, end_s, False)
         return np.array(window_features(self.t_s, pose, window))
 
     def at_fit(self, trial: Trial) -> Shown:

@@ -15,7 +15,7 @@ from snakebot.diagnosis.context import Context, make_context
 from snakebot.diagnosis.data import prepare
 from snakebot.diagnosis.experiment import Proposal, motion_of, propose
 from snakebot.diagnosis.hypothesis import Hypothesis, Term
-from snakebot.diagnosis.menu import GAITS, LIFTED, PROBES, menu
+from snakebot.diagnosis.menu import GAITS, LIFTED, LONG, PROBES, menu
 from snakebot.diagnosis.trial import Trial, run_trial
 from snakebot.effects.registry import find_effect
 from snakebot.gait import check_motion, parse_probe
@@ -40,7 +40,7 @@ def proposed(truth: str, rivals: tuple[str, ...], joints: tuple[int, ...], pose:
 def test_the_menu_is_safe_and_whole_and_moves_the_joints_in_question() -> None:
     robot = snake()
     one = menu(robot, [3], loads=True)
-    assert len(one) == len(GAITS) + len(PROBES) + len(LIFTED)
+    assert len(one) == len(GAITS) + len(LONG) + len(PROBES) + len(LIFTED)
     for option in one:
         check_motion(option.motion, robot)
         if option.probe is not None:

@@ -109,6 +109,7 @@ def _wanted(rule: Rule) -> str:
     return {
         "cause_any": f"one of {effects}",
         "load": f"one of {effects}, claimed; or unexplained",
+        "rest_matches": f"if unexplained: the rest told in words like {rule.get('words', '')}",
         "where_matches": f"if unexplained: told in words like {rule.get('words', '')}",
         "parameter": f"{rule.get('effect')}, if named: {rule.get('parameter')} {within}",
         "error_after_deg": f"error after {within} deg RMS",
@@ -168,6 +169,13 @@ def _where_matches(rule: Rule, answer: Answer, claim: float) -> Outcome:
     if answer["verdict"] != "unexplained":
         return None, answer["verdict"]
     told = f"{answer['unexplained']['where']}; {answer['where']['regime']}"
+    return re.search(rule["words"], told) is not None, told
+
+
+def _rest_matches(rule: Rule, answer: Answer, claim: float) -> Outcome:
+    if answer["verdict"] != "unexplained":
+        return None, answer["verdict"]
+    told = answer["unexplained"]["where"]
     return re.search(rule["words"], told) is not None, told
 
 
@@ -252,6 +260,7 @@ KINDS: dict[str, Callable[[Rule, Answer, float], Outcome]] = {
     "cause_any": _cause_any,
     "load": _load,
     "where_matches": _where_matches,
+    "rest_matches": _rest_matches,
     "parameter": _parameter,
     "error_after_deg": _degrees("rms_after"),
     "error_before_deg": _degrees("rms_before"),

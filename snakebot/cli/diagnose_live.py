@@ -94,6 +94,8 @@ def _by_turns(
     if done < 2:
         raise BadInputError("--live: fewer than two runs were made: nothing to diagnose")
     found = diagnose_folder(plan.folder)
+    if done < len(gaits):
+        return found  # who said no once is not asked again
     tried: set[str] = set()
     while True:
         so_far = f"After {done} runs: {found.verdict.replace('_', ' ')}"

@@ -20,6 +20,8 @@ status meaning
 
 from __future__ import annotations
 
+import re
+
 EXIT_OK = 0
 EXIT_INTERNAL = 1
 EXIT_BAD_INPUT = 2
@@ -30,6 +32,9 @@ EXIT_LOG = 6
 EXIT_HOST_LATE = 7
 EXIT_INTERRUPTED = 130
 
+# Control characters (a terminal obeys them), marks that turn the direction of writing, halves of characters.
+_UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+
 
 class SnakebotError(Exception):
     """Base of every error that is meant for the user: one clear line and an exit status."""
@@ -37,8 +42,9 @@ class SnakebotError(Exception):
     exit_status = EXIT_INTERNAL
 
     def __str__(self) -> str:
-        """One line, whatever a file or an option that is quoted in it held."""
-        return " ".join(super().__str__().splitlines())
+        """One line that a terminal may be given, whatever a file or an option that is quoted in it held."""
+        line = " ".join(super().__str__().splitlines())
+        return _UNPRINTABLE.sub(lambda sign: sign[0].encode("unicode_escape").decode(), line)
 
 
 class BadInputError(SnakebotError):

@@ -1,50 +1,196 @@
 #!/usr/bin/env python3
-"""Fuzz the parsers of everything that comes from outside with atheris (libFuzzer), guided by coverage.
+"""Fuzz the parsers of everything that comes from outside, and print what came of it.
 
     tools/fuzz_parsers.py                       every parser, 10 000 cases each
     tools/fuzz_parsers.py port csv --runs 1000000
+    tools/fuzz_parsers.py --runs 1000000 --seconds 600 --engine hypothesis
 
-Needs the extra `fuzz` (pip install 'snakebot[fuzz]'). A finding is left in build/fuzz and ends with status 1.
+Engines: atheris (libFuzzer, guided by coverage; needs the extra `fuzz`: pip install 'snakebot[fuzz]') and hypothesis
+(damaged sound input, as in tests/hostile). A case may raise the documented errors only, in one printable line; it may
+write nothing outside its own folder, start no program, execute no text, and all cases together may not take more than
+256 MiB over what the parser takes for sound input. What does is a finding: its input is left in build/fuzz, and the
+exit status is 1. One process at a time; a parser ends at --runs cases or after --seconds, whichever is first.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
+import re
+import resource
+import shutil
 import subprocess
 import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "build" / "fuzz"
+MORE_MIB = 256  # over the memory that sound input takes
+CASE_S = 30  # a case that takes longer hangs
 sys.path.insert(0, str(ROOT / "tests" / "hostile"))
+from watch import look_away, watch  # noqa: E402
+
+Case = Callable[[bytes], None]
 
 
-def child(name: str, runs: int, seed: int) -> None:
-    """One parser in this process; libFuzzer does not come back."""
+def peak_mib() -> int:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
+
+
+def place_of(error: BaseException) -> str:
+    """What makes two findings the same: the kind of error, and the last line of ours that it went through."""
+    ours = [f for f in traceback.extract_tb(error.__traceback__) if "/snakebot/" in f.filename]
+    at = (ours or list(traceback.extract_tb(error.__traceback__)))[-1]
+    return f"{type(error).__name__} at {Path(at.filename).name}:{at.lineno}"
+
+
+class Counted:
+    """A parser that counts its cases and keeps its findings, so that fuzzing goes on after one."""
+
+    def __init__(self, name: str) -> None:
+        from parsers import DOCUMENTED, PARSERS, folder
+
+        self.name, self.parse, self.documented = name, PARSERS[name], DOCUMENTED
+        self.folder = folder()
+        self.trespasses: list[str] = []  # filled while somebody watches
+        self.cases = 0
+        self.findings: dict[str, str] = {}
+        self.began = time.monotonic()
+        self.base_mib = 0
+
+    def __call__(self, data: bytes) -> None:
+        self.cases += 1
+        try:
+            self.parse(data)
+        except self.documented as error:
+            line = str(error)
+            if not line.isprintable() and not isinstance(error, ValueError) and not self.printable(line):
+                self.found(data, "an error of several lines, or with control characters", line)
+        except Exception as error:
+            self.found(data, place_of(error), "".join(traceback.format_exception(error)))
+        if self.trespasses:
+            self.found(data, f"trespass: {self.trespasses[0][:60]}", "\n".join(self.trespasses))
+            self.trespasses.clear()
+
+    @staticmethod
+    def printable(line: str) -> bool:
+        return not any(ord(sign) < 32 or 127 <= ord(sign) < 160 for sign in line)
+
+    def found(self, data: bytes, place: str, told: str) -> None:
+        look_away()  # what is written now is ours
+        if place not in self.findings:
+            path = OUT / f"finding-{self.name}-{len(self.findings)}"
+            path.write_bytes(data)
+            self.findings[place] = told
+            print(
+                f"FINDING {self.name}: {place} ({path.relative_to(ROOT)})\n{told}",
+                file=sys.stderr,
+                flush=True,
+            )
+        watch(self.folder)
+
+    def tell(self) -> None:
+        seconds = round(time.monotonic() - self.began)
+        figures = (self.cases, len(self.findings), peak_mib(), self.base_mib, seconds)
+        print("RESULT", *figures, file=sys.stderr, flush=True)
+
+
+def by_atheris(counted: Counted, seeds: list[bytes], runs: int, seconds: int, seed: int) -> None:
+    """libFuzzer does not come back: the result is told as soon as the last case is done, or by the clock."""
     import atheris
 
-    with atheris.instrument_imports(include=["snakebot", "firmware_protocol"]):
-        from parsers import DOCUMENTED, PARSERS, seeds
-
-    corpus = OUT / name
+    corpus = OUT / "corpus" / counted.name
     corpus.mkdir(parents=True, exist_ok=True)
-    for number, data in enumerate(seeds()[name]):
+    for number, data in enumerate(seeds):
         (corpus / f"seed-{number}").write_bytes(data)
-    parser = PARSERS[name]
+    until = time.monotonic() + seconds
+    told = False
 
     def one(data: bytes) -> None:
-        try:
-            parser(data)
-        except DOCUMENTED:
-            return
+        nonlocal told
+        counted(data)
+        if counted.cases >= runs or (counted.cases % 64 == 0 and time.monotonic() > until):
+            if not told:
+                counted.tell()
+            told = True
+            os._exit(0)
 
-    flags = [f"-runs={runs}", f"-seed={seed}", "-rss_limit_mb=2048", "-timeout=20", "-print_final_stats=1"]
-    atheris.Setup([sys.argv[0], *flags, f"-artifact_prefix={OUT}/finding-{name}-", str(corpus)], one)
+    length = max(4096, *map(len, seeds))
+    flags = [
+        f"-runs={2 * runs}",
+        f"-seed={seed}",
+        f"-timeout={CASE_S}",
+        f"-max_len={length}",
+        "-rss_limit_mb=4096",
+    ]
+    atheris.Setup([sys.argv[0], *flags, f"-artifact_prefix={OUT}/stopped-{counted.name}-", str(corpus)], one)
     atheris.Fuzz()
 
 
+def by_hypothesis(counted: Counted, runs: int, seconds: int, seed: int) -> None:
+    """In rounds: hypothesis keeps a tree of what it has tried, which would grow with a million of cases."""
+    import hypothesis
+    from damage import damaged
+
+    until = time.monotonic() + seconds
+    while counted.cases < runs and time.monotonic() < until:
+
+        @hypothesis.seed(seed)
+        @hypothesis.settings(
+            max_examples=min(5000, runs - counted.cases),
+            deadline=None,
+            database=None,
+            suppress_health_check=list(hypothesis.HealthCheck),
+        )
+        @hypothesis.given(damaged(counted.name))
+        def round_of_cases(data: bytes) -> None:
+            if time.monotonic() < until:
+                counted(data)
+
+        round_of_cases()
+        seed += 1
+    counted.tell()
+
+
+def child(name: str, engine: str, runs: int, seconds: int, seed: int) -> None:
+    """One parser in this process."""
+    if engine == "atheris":
+        import atheris
+
+        with atheris.instrument_imports(include=["snakebot", "firmware_protocol"]):
+            counted, sound = ready(name)
+        by_atheris(counted, sound, runs, seconds, seed)
+    else:
+        counted, sound = ready(name)
+        by_hypothesis(counted, runs, seconds, seed)
+
+
+def ready(name: str) -> tuple[Counted, list[bytes]]:
+    """The parser, all that it imports on the way imported, and its sound input."""
+    from seeds import seeds
+
+    counted, sound = Counted(name), seeds()[name]
+    for data in sound:
+        for part in (data, data[: len(data) // 2], b""):
+            try:
+                counted.parse(part)
+            except counted.documented:
+                continue
+    counted.base_mib = peak_mib()
+    counted.trespasses = watch(counted.folder)
+    return counted, sound
+
+
 def main() -> int:
-    from parsers import PARSERS
+    if sys.argv[1:2] == ["--child"]:  # nothing of ours may be imported before atheris can instrument it
+        name, engine, runs, seconds, seed = sys.argv[2:]
+        child(name, engine, int(runs), int(seconds), int(seed))
+        return 0
+    from parsers import FOLDER_VARIABLE, PARSERS
 
     assert __doc__ is not None
     parser = argparse.ArgumentParser(
@@ -52,47 +198,50 @@ def main() -> int:
     )
     parser.add_argument("parsers", nargs="*", help=", ".join(PARSERS))
     parser.add_argument("--runs", type=int, default=10_000)
+    parser.add_argument("--seconds", type=int, default=3600, help="for each parser")
+    parser.add_argument("--engine", choices=("atheris", "hypothesis"), default="atheris")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     unknown = set(options.parsers) - set(PARSERS)
     if unknown:
         parser.error(f"no parser {', '.join(sorted(unknown))}; there are {', '.join(PARSERS)}")
-    if options.child:
-        child(options.parsers[0], options.runs, options.seed)
-        return 0
     try:
-        import atheris  # noqa: F401
+        __import__(options.engine)
     except ImportError:
-        parser.error("atheris is not installed: pip install 'snakebot[fuzz]'")
+        parser.error(f"{options.engine} is not installed: pip install 'snakebot[fuzz,test]'")
     OUT.mkdir(parents=True, exist_ok=True)
+    memory = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None  # files there cost no disk
+    place = tempfile.mkdtemp(prefix="snakebot-fuzz-", dir=memory)
     findings = 0
-    for name in options.parsers or PARSERS:
-        command = [
-            sys.executable,
-            __file__,
-            name,
-            "--child",
-            f"--runs={options.runs}",
-            f"--seed={options.seed}",
-        ]
-        done = subprocess.run(command, capture_output=True, text=True)
-        stats = dict(
-            line.removeprefix("stat::").split(":", 1)
-            for line in done.stderr.splitlines()
-            if line.startswith("stat::")
-        )
-        cases = stats.get("number_of_executed_units", "?").strip()
-        peak = stats.get("peak_rss_mb", "?").strip()
-        print(
-            f"{name:12} {cases:>9} cases, peak memory {peak} MB, {'ok' if done.returncode == 0 else 'FINDING'}",
-            flush=True,
-        )
-        if done.returncode != 0:
-            findings += 1
-            print("\n".join(done.stderr.splitlines()[-30:]), file=sys.stderr)
+    try:
+        for name in options.parsers or PARSERS:
+            findings += fuzz(name, options, {**os.environ, FOLDER_VARIABLE: place})
+    finally:
+        shutil.rmtree(place, ignore_errors=True)
     print(f"findings: {findings}")
     return 1 if findings else 0
+
+
+def fuzz(name: str, options: argparse.Namespace, environment: dict[str, str]) -> int:
+    """Run one parser in a process of its own and print a line; the number of findings."""
+    given = [str(value) for value in (options.engine, options.runs, options.seconds, options.seed)]
+    command = [sys.executable, __file__, "--child", name, *given]
+    done = subprocess.run(command, capture_output=True, text=True, errors="replace", env=environment)
+    result = re.search(r"^RESULT (\d+) (\d+) (\d+) (\d+) (\d+)$", done.stderr, re.M)
+    if result is None:
+        tail = "\n".join(done.stderr.splitlines()[-30:])
+        print(f"{name:12} stopped with status {done.returncode}\n{tail}", flush=True)
+        return 1
+    cases, findings, peak, base, seconds = map(int, result.groups())
+    greedy = peak - base > MORE_MIB
+    print(
+        f"{name:12} {options.engine:10} {cases:>9} cases, {findings} distinct findings, peak memory {peak} MiB "
+        f"({peak - base} over sound input{': TOO MUCH' if greedy else ''}), {seconds} s",
+        flush=True,
+    )
+    if findings:
+        print(done.stderr[done.stderr.index("FINDING") :][:4000], file=sys.stderr)
+    return findings + greedy
 
 
 if __name__ == "__main__":

@@ -51,9 +51,8 @@ LIBRARY = (
 )
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
-_OBJECT = re.compile(
-    r"[^\W\d]\w*(\.[^\W\d]\w*)*\s*:\s*[^\W\d]\w*(\.[^\W\d]\w*)*(\s*\[.*\])?"
-)  # what load() takes
+# What an entry may name: a module and an object in it, perhaps with extras.
+_OBJECT = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)* *: *[^\W\d]\w*(\.[^\W\d]\w*)*( *\[[\w ,.-]*\])?")
 
 
 @cache

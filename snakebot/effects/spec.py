@@ -213,9 +213,11 @@ def robot_effects(robot: Robot) -> tuple[EffectSpec, ...]:
 def _names_a_set(text: str) -> bool:
     from snakebot.resources import configs_root
 
-    return (
-        Path(text).is_file() or (configs_root() / "effects" / f"{text.removesuffix('.yaml')}.yaml").is_file()
-    )
+    ours = configs_root() / "effects" / f"{text.removesuffix('.yaml')}.yaml"
+    try:
+        return Path(text).is_file() or ours.is_file()
+    except OSError:  # too long for the name of a file
+        return False
 
 
 SET_SCHEMA = "snakebot.effects/1"

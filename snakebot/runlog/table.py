@@ -226,7 +226,7 @@ def _parquet_columns(path: Path, file: Any, must_be_numbers: frozenset[str] | No
     wanted = [name for name in names if name not in texts]
     parts: dict[str, list[Column]] = {name: [] for name in wanted}
     seen = 0
-    for batch in file.iter_batches(batch_size=65536, columns=wanted):
+    for batch in file.iter_batches(batch_size=65536, columns=wanted, use_threads=False):
         seen += batch.num_rows
         if seen > about.num_rows:
             raise BadInputError(f"{path}: holds more rows than it says; not read")

@@ -1,42 +1,58 @@
 """Every parser of what comes from outside, as one function of bytes. It may only raise what it documents.
 
-Shared by the property tests and by tools/fuzz_parsers.py.
+Shared by the property tests and by tools/fuzz_parsers.py. Files are put into a folder of our own, in memory where the
+system has such a place; ``seeds.py`` has sound input for each.
 """
 
 from __future__ import annotations
 
+import atexit
+import importlib.metadata
 import os
+import re
+import shutil
+import struct
 import tempfile
 import warnings
+import zlib
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
-from firmware_protocol.catalogue import decode, encode
+from firmware_protocol.catalogue import codecs_of, decode, encode
+from firmware_protocol.dbc import layout_of, read_dbc
 from firmware_protocol.frame import Frame, ProtocolError
 from firmware_protocol.framing import StreamDecoder, pack_all, unpack
 from snakebot.errors import SnakebotError
 
 DOCUMENTED = (SnakebotError, ProtocolError)
-MEMORY = os.environ.get("SNAKEBOT_FUZZ_FOLDER", tempfile.gettempdir())
+FOLDER_VARIABLE = "SNAKEBOT_FUZZ_FOLDER"
+SEPARATOR = b"\x1e"
 
 
 @cache
 def folder() -> Path:
     """A folder of our own; a parser may read what is put there and must write nothing."""
-    return Path(tempfile.mkdtemp(prefix="snakebot-hostile-", dir=MEMORY))
+    made = Path(tempfile.mkdtemp(prefix="snakebot-hostile-", dir=os.environ.get(FOLDER_VARIABLE)))
+    atexit.register(shutil.rmtree, made, ignore_errors=True)
+    return made
 
 
 def _file(name: str, data: bytes) -> Path:
     path = folder() / name
-    path.write_bytes(data)
+    with open(path, "wb", buffering=0) as file:
+        file.write(data)
     return path
 
 
 def _text(data: bytes) -> str:
     return data.decode("utf-8", "surrogateescape")
+
+
+# --- the wire
 
 
 def port(data: bytes) -> None:
@@ -59,8 +75,7 @@ def packet(data: bytes) -> None:
 
 def frame(data: bytes) -> None:
     message = decode(Frame(int.from_bytes(data[:2], "little") & 0x7FF, data[2:10]))
-    again = decode(encode(message))
-    assert again == message or np.nan in (again, message)
+    assert decode(encode(message)) == message
 
 
 def slcan(data: bytes) -> None:
@@ -72,22 +87,16 @@ def slcan(data: bytes) -> None:
         assert len(heard.data) <= 8
 
 
-def robot(data: bytes) -> None:
-    from snakebot.robot import load_robot
-
-    load_robot(_file("robot.yaml", data))
-
-
-def gait(data: bytes) -> None:
-    from snakebot.gait.named import load_gait
-
-    load_gait(_file("gait.yaml", data))
+def dbc(data: bytes) -> None:
+    read = read_dbc(data.decode("utf-8", "replace"))
+    for message in read.messages:
+        layout = layout_of(message)
+        assert layout.length <= 8
+        layout.unpack(b"\x5a" * layout.length)
+    codecs_of(read)
 
 
-def effect_set(data: bytes) -> None:
-    from snakebot.effects.spec import load_effect_set
-
-    load_effect_set(_file("effects.yaml", data))
+# --- options, names and plug-ins
 
 
 def effect(data: bytes) -> None:
@@ -103,107 +112,242 @@ def fault(data: bytes) -> None:
     parse_fault(_text(data), 5)
 
 
-def column_map(data: bytes) -> None:
+@cache
+def _penn_state():
     from snakebot.robot import load_robot
+
+    return load_robot("penn_state")
+
+
+def column_map(data: bytes) -> None:
     from snakebot.runlog.column_map import parse_map
 
-    parse_map(_text(data).splitlines(), load_robot("penn_state"))
+    parse_map(_text(data).splitlines(), _penn_state())
+
+
+def name(data: bytes) -> None:
+    """What stands after --robot, --gait, --effect; and what becomes part of a log's name."""
+    from snakebot.effects import parse_effects
+    from snakebot.resources import config_path
+    from snakebot.runlog.naming import new_log_path
+
+    text = _text(data)
+    made = new_log_path(text, folder())
+    assert made.parent == folder()
+    assert re.fullmatch(r"[A-Za-z0-9._+-]+", made.name)
+    for kind in ("robots", "gaits", "effects"):
+        try:
+            assert config_path(kind, text).is_file()
+        except SnakebotError:
+            continue
+    parse_effects([text])
+
+
+class Package(importlib.metadata.Distribution):
+    """An installed package with this list of entry points."""
+
+    def __init__(self, listed: bytes) -> None:
+        self._listed = listed
+
+    def read_text(self, filename: str) -> str | None:
+        if filename == "entry_points.txt":
+            return self._listed.decode("utf-8")
+        return "Metadata-Version: 2.1\nName: plugged\nVersion: 1\n" if filename == "METADATA" else None
+
+    def locate_file(self, path: object) -> Path:
+        return folder() / str(path)
+
+
+def plug_in(data: bytes) -> None:
+    """No name is imported that is not a plain module's; the modules themselves are not there."""
+    from snakebot.effects import registry
+
+    def load(entry: importlib.metadata.EntryPoint) -> object:
+        found = entry.pattern.match(entry.value)
+        assert found, entry
+        assert all(part.isidentifier() for part in found["module"].split(".")), entry
+        assert re.fullmatch("[a-z][a-z0-9_]*", entry.name), entry
+        raise ImportError(entry.value)
+
+    with (
+        mock.patch.object(importlib.metadata, "distributions", side_effect=lambda **_: iter([Package(data)])),
+        mock.patch.object(importlib.metadata.EntryPoint, "load", load),
+        warnings.catch_warnings(record=True) as told,
+    ):
+        assert registry._installed() == []
+    for warning in told:
+        assert str(warning.message).isprintable()
+
+
+# --- YAML
+
+
+def robot(data: bytes) -> None:
+    from snakebot.robot import load_robot, robot_from_mapping
+
+    read = load_robot(_file("robot.yaml", data))
+    assert robot_from_mapping(read.to_mapping(), "again") == read
+
+
+def gait(data: bytes) -> None:
+    from snakebot.gait.named import load_gait
+
+    load_gait(_file("gait.yaml", data))
+
+
+def effect_set(data: bytes) -> None:
+    from snakebot.effects.spec import load_effect_set
+
+    load_effect_set(_file("effects.yaml", data))
+
+
+# --- runs
+
+
+def _check_run(run) -> None:
+    assert np.isfinite(run.t_s).all()
+    assert (np.diff(run.t_s) > 0).all()
+    assert not np.isinf(run.command_rad).any()
+    assert not np.isinf(run.measured_rad).any()
+
+
+def _no_infinity(table) -> None:
+    for values in table.columns.values():
+        assert not np.isinf(values).any()
 
 
 def csv(data: bytes) -> None:
     from snakebot.runlog.table import read_table
 
-    read_table(_file("run.csv", data))
+    _no_infinity(read_table(_file("run.csv", data)))
 
 
 def csv_gz(data: bytes) -> None:
     from snakebot.runlog.table import read_table
 
-    read_table(_file("run.csv.gz", data))
+    _no_infinity(read_table(_file("run.csv.gz", data)))
 
 
 def parquet(data: bytes) -> None:
     from snakebot.runlog.table import read_table
 
-    read_table(_file("run.parquet", data))
+    _no_infinity(read_table(_file("run.parquet", data)))
+
+
+def _session() -> None:
+    from snakebot.runlog import open_session
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for run in open_session(folder() / "session").runs:
+            _check_run(run)
 
 
 def session(data: bytes) -> None:
-    from snakebot.runlog import open_session
-
+    """The description of a session whose run is sound."""
     (folder() / "session").mkdir(exist_ok=True)
-    _file("session/run_01.csv", b"t_s,cmd_1_rad,meas_1_rad\n0,0,0\n0.1,0,0\n")
-    open_session(_file("session/session.yaml", data).parent)
+    _file("session/run_01.csv", b"t_s,cmd_1_rad,enc_1_rad\n0,0,0\n0.1,0,0\n")
+    _file("session/session.yaml", data)
+    _session()
 
 
-def log(data: bytes) -> None:
+def session_run(data: bytes) -> None:
+    """A run of a session whose description is sound."""
+    (folder() / "session").mkdir(exist_ok=True)
+    _file("session/run_01.csv", data)
+    _file("session/session.yaml", b"robot: {joints: 1}\nruns: [{file: run_01.csv}]\n")
+    _session()
+
+
+# --- logs
+
+
+def _read_log(path: Path) -> None:
     from snakebot.runlog import read_log
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        read_log(_file("run.mcap", data)).to_run()
+        read = read_log(path)
+        run = read.to_run()
+        read.columns()
+    _check_run(run)
+
+
+def log(data: bytes) -> None:
+    _read_log(_file("run.mcap", data))
 
 
 def log_part(data: bytes) -> None:
-    from snakebot.runlog import open_run
+    _read_log(_file("run.mcap.part", data))
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        open_run(_file("run.mcap.part", data))
+
+@cache
+def _declarations() -> tuple[bytes, bytes]:
+    """Magic and header; the chunk that declares the channels."""
+    from mcap.data_stream import RecordBuilder
+    from mcap.records import Channel, Header, Schema
+    from mcap.writer import MCAP0_MAGIC
+
+    from snakebot.runlog import channels
+
+    head, declared = RecordBuilder(), RecordBuilder()
+    head.write(MCAP0_MAGIC)
+    Header(profile=channels.PROFILE, library="fuzz").write(head)
+    for channel in channels.CHANNELS:
+        Schema(channel.id, b"{}", "jsonschema", channel.schema_name).write(declared)
+        Channel(channel.id, channel.topic, "json", {}, channel.id).write(declared)
+    return head.end(), declared.end()
+
+
+def log_records(data: bytes) -> None:
+    """What is in the records of a log whose lengths and checksums are all right.
+
+    Parts, separated by 0x1E: the robot's description, the metadata as KEY=VALUE lines, then messages, the channel's
+    number as their first character.
+    """
+    from mcap.data_stream import RecordBuilder
+    from mcap.records import Attachment, Metadata
+
+    from snakebot.runlog import metadata
+    from snakebot.runlog.part_file import _chunk, chunk, message
+
+    description, _, rest = data.partition(SEPARATOR)
+    about, _, rest = rest.partition(SEPARATOR)
+    texts = dict(line.partition("=")[::2] for line in about.decode("utf-8", "replace").splitlines())
+    texts.pop("crc32", None)
+    head, declared = _declarations()
+    builder = RecordBuilder()
+    Attachment(0, 0, "robot.yaml", "application/yaml", description).write(builder)
+    Metadata("run", {**texts, "crc32": metadata._checksum(texts)}).write(builder)
+    messages = [
+        message(part[0] & 7, number, number, number, part[1:])
+        for number, part in enumerate(rest.split(SEPARATOR))
+        if part
+    ]
+    whole = head + builder.end() + _chunk(declared, 0, 0) + (chunk(messages) if messages else b"")
+    _read_log(_file("records.mcap.part", whole))
+
+
+def log_index(data: bytes) -> None:
+    """The index at the end of a finished log, its checksum put right."""
+    from seeds import split_log
+
+    from snakebot.runlog.listing import summarize
+
+    before, _ = split_log()
+    footer = struct.pack("<BQQQ", 2, 20, len(before), 0)
+    checked = data + footer
+    end = checked + struct.pack("<I", zlib.crc32(checked)) + before[:8]
+    found = summarize(_file("indexed.mcap", before + end))
+    assert found.ticks >= 0
+    assert np.isfinite(found.duration_s)
 
 
 Parser = Callable[[bytes], None]
 PARSERS: dict[str, Parser] = {
     parser.__name__: parser
     for parser in (
-        port, stream, packet, frame, slcan, robot, gait, effect_set, effect, fault, column_map,
-        csv, csv_gz, parquet, session, log, log_part,
+        port, stream, packet, frame, slcan, dbc, effect, fault, column_map, name, plug_in, robot, gait, effect_set,
+        csv, csv_gz, parquet, session, session_run, log, log_part, log_records, log_index,
     )
 }  # fmt: skip
-
-
-@cache
-def seeds() -> dict[str, list[bytes]]:
-    """Sound input of each kind, for mutation."""
-    import gzip
-
-    from snakebot.resources import config_path
-    from snakebot.robot import load_robot
-    from snakebot.runlog import RunWriter, Tick
-
-    root = Path(str(config_path("robots", "penn_state"))).parents[1]
-    zero = np.zeros(5)
-    with RunWriter(folder() / "seed.mcap", load_robot("penn_state"), start_time_ns=10**18) as writer:
-        for count in range(6):
-            writer.tick(
-                Tick(
-                    sequence=count, t_s=count / 100, host_time_ns=10**18 + count, setpoint_rad=zero, sent_rad=zero,
-                    applied_rad=zero, measured_rad=zero, board_time_us=count, latency_s=0.001, late=False,
-                )
-            )  # fmt: skip
-    recorded = writer.path.read_bytes()
-    robots = [path.read_bytes() for path in sorted(root.glob("robots/*.yaml"))]
-    sets = [path.read_bytes() for path in sorted(root.glob("effects/*.yaml"))]
-    gaits = [path.read_bytes() for path in sorted(root.glob("gaits/*.yaml"))]
-    table = b"t_s,cmd_1_rad,meas_1_rad\n0,0.1,0.1\n0.01,0.2,nan\n0.02,,1e-3\n"
-    described = b"runs:\n  - file: run_01.csv\n    gait: {alpha_deg: 66}\nrobot: penn_state\n"
-    wire = pack_all([Frame(16, bytes(range(8))), Frame(1, b""), Frame(0x7FF, b"\0\0")])
-    return {
-        "port": [b"sim:", b"serial:/dev/ttyUSB0?baud=1000000", b"can:slcan//dev/ttyACM0?bitrate=1000000", b"COM4"],
-        "stream": [wire],
-        "packet": [part for part in wire.split(b"\0") if part],
-        "frame": [b"\x10\0" + bytes(8), b"\x11\0" + bytes(8), b"\x01\0", b"\x40\0" + bytes(8)],
-        "slcan": [b"t0108AABBCCDDEEFF0011\r", b"z\r\a", b"T0000001080\r"],
-        "robot": robots,
-        "gait": gaits or [b"alpha_deg: 66\nbeta_deg: 80\nomega_rad_s: 2\n"],
-        "effect_set": [*sets, b'effects: ["command_delay:delay_s=0.05"]\n'],
-        "effect": [b"rate_limit:limit_rad_s=1.6,joints=3+4", b"command_delay:delay_s=0.05", b"servo_lag"],
-        "fault": [b"joint=2,mode=rigid,angle=10", b"joint=3,mode=free,at=4", b"2:rigid:10@3"],
-        "column_map": [b"cmd_*_rad=servo_#:deg\nt_s=time:ms", b"meas_1_rad=-enc:counts"],
-        "csv": [table],
-        "csv_gz": [gzip.compress(table, mtime=0)],
-        "parquet": [b"PAR1" + bytes(20) + b"PAR1"],
-        "session": [described],
-        "log": [recorded],
-        "log_part": [recorded[: len(recorded) // 2]],
-    }  # fmt: skip

@@ -158,7 +158,8 @@ class MujocoChain:
     """A MuJoCo chain that does a gait. Free joints feel nothing, rigid ones are welded, the others have a PD servo.
 
     The servo's torque kp (ref - phi) + kd (dref - dphi) and the ground's force are generalised forces of the state at
-    the start of each step, which is what MuJoCo's Euler integrator asks for.
+    the start of each step, which is what MuJoCo's Euler integrator asks for. The torque is cut off at ``limit_nm`` and
+    at the motor's line from ``stall_nm`` at rest through 0 at ``no_load_rad_s``.
     """
 
     def __init__(
@@ -171,6 +172,9 @@ class MujocoChain:
         free: tuple[int, ...] = (),
         rigid: dict[int, float] | None = None,
         integrator: str = "Euler",
+        limit_nm: float = math.inf,
+        stall_nm: float = math.inf,
+        no_load_rad_s: float = math.inf,
     ) -> None:
         import mujoco
 
@@ -179,6 +183,7 @@ class MujocoChain:
         self._m = mujoco.MjModel.from_xml_string(mujoco_xml(model, dt_s, self.rigid, integrator))
         self.data = mujoco.MjData(self._m)
         self.kp, self.kd = np.full(model.joints, kp), np.full(model.joints, kd)
+        self.motor = np.array([limit_nm, stall_nm, no_load_rad_s])
         for j in (*free, *self.rigid):
             self.kp[j - 1] = self.kd[j - 1] = 0.0
         self.dof = np.full(model.joints, -1)
@@ -206,8 +211,8 @@ class MujocoChain:
         out = np.zeros((steps // every, 6))
         _mujoco_loop(
             self._step, self._m._address, self.data._address, self.data.qpos, self.data.qvel, self.data.qfrc_applied,
-            self.dof, self.stuck, self.kp, self.kd, self.model.packed, self.model.eps, np.array(gait), self.dt_s,
-            steps, every, out,
+            self.dof, self.stuck, self.kp, self.kd, self.motor, self.model.packed, self.model.eps, np.array(gait),
+            self.dt_s, steps, every, out,
         )  # fmt: skip
         return out
 
@@ -215,7 +220,7 @@ class MujocoChain:
 @njit
 def _mujoco_loop(
     mj_step: Any, m: Any, d: Any, qpos: Any, qvel: Any, applied: Any, dof: Any, stuck: Any, kp: Any, kd: Any,
-    links: Any, eps: float, gait: Any, dt: float, steps: int, every: int, out: Any,
+    motor: Any, links: Any, eps: float, gait: Any, dt: float, steps: int, every: int, out: Any,
 ) -> None:  # fmt: skip
     k = dof.size
     alpha, beta, omega = gait[0], gait[1], gait[2]
@@ -233,6 +238,9 @@ def _mujoco_loop(
                 f = alpha * math.sin(omega * t + j * beta)
                 df = alpha * omega * math.cos(omega * t + j * beta)
                 u = kp[j] * (r * f - qpos[dof[j]]) + kd[j] * (dr * f + r * df - qvel[dof[j]])
+                speed = qvel[dof[j]] / motor[2]
+                u = min(max(u, -motor[1] * (1.0 + speed)), motor[1] * (1.0 - speed))
+                u = min(max(u, -motor[0]), motor[0])
                 applied[dof[j]] += u
                 power_in += u * qvel[dof[j]]
         mj_step(m, d)

@@ -106,6 +106,9 @@ servo:
   arm: {mass_kg: 0.25, length_m: 0.15, down_deg: -90}   # also drag_nm_s, coulomb_nm: friction while the servo is off
 ```
 
+* With a body the motor of `torque_speed` gives what its line says at the joint's speed of that instant, and brakes
+  beyond the no-load speed; `torque_limit` cuts the line off: the lesser of both holds. The loop before it, first or
+  second order, keeps its shape within that torque. On a bench the line is a limit on speed under the arm's load.
 * A servo without a set-point lets its joint swing: with the body, or on a bench with its arm as a pendulum.
 * Servos do not jump in speed: the body follows its joints through a smoothing of 10 ms, and its pose is carried on by
   as much. In a run at an even 100 Hz, speed and power are those of smooth joint motion within 1 %.

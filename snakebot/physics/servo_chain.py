@@ -107,6 +107,9 @@ class DrivenChain:
         if model is not None:  # the chain sees to these, see servo_grip
             for column in (layout.COULOMB_NM, layout.LOOP_COMPLIANCE_RAD_NM, layout.COMPLIANCE_RAD_NM):
                 self.params[:, column] = 0.0
+            line = self.params[:, layout.RATE_DROP_PER_NM] > 0
+            self.params[line, layout.RATE_LIMIT_RAD_S] = math.inf
+            self.params[line, layout.RATE_DROP_PER_NM] = self.params[line, layout.RATE_DROP_PER_S] = 0.0
 
     @property
     def t_s(self) -> float:
@@ -209,7 +212,7 @@ def _run(
                 if has_body:
                     ticks += 1
                     follow(links, slope, eps, grips, kind, base, phi, dphi, torque, power, work, stage, scratch,
-                            grid, state, params, setpoint, load)  # fmt: skip
+                            until - since, grid, state, params, setpoint, load)  # fmt: skip
                     out_power[row] += power
                     for j in range(k):
                         out_torque[row, j] += torque[j]

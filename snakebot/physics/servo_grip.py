@@ -1,9 +1,14 @@
 """How a chain follows its servos, compiled: which joints are prescribed, which swing, and which the load can hold back.
 
 A joint whose servo is stiff and strong is prescribed, one without torque swings, and one that the load can hold back
-(torque limit, dry friction, a soft shaft or position loop) is driven by torque: a spring to where its motor is, as far
-as the torque goes, less friction. Spring and stiction are implicit; whether a joint slips is found by trying the step
-again.
+(torque limit, torque-speed line, dry friction, a soft shaft or position loop) is driven by torque: a spring to where
+its motor is, as far as the torque goes, less friction. Spring and stiction are implicit; whether a joint slips is found
+by trying the step again.
+
+What a motor has is a line from stall to its no-load speed and beyond, where it brakes: stall (1 - rate / no load), the
+same the other way round. A limit cuts the line off: the lesser of the two holds at each instant. A motor at its line is
+a damper to the integrator, implicit like the ground. Taken as a limit on speed that falls with the torque just measured
+it would chase its own tail: less speed, less torque, more speed.
 """
 
 from __future__ import annotations
@@ -46,32 +51,41 @@ STICK_RAD_S = 2e-3  # a joint slower than this sticks
 ATTEMPTS = 4  # at a step, until no joint changes between sticking and slipping
 
 # Columns of a joint's grip, what the load can do to it.
-STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF = range(5)
-GRIP_COLUMNS = 5
+STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF, STALL, NO_LOAD, FADE = range(8)
+GRIP_COLUMNS = 8
 # Rows of the scratch.
-OLD_BASE, OLD_PHI, OLD_DPHI, SLIDING, WEAK, KNOWN = range(6)
-SCRATCH_ROWS = 6
+OLD_BASE, OLD_PHI, OLD_DPHI, SLIDING, WEAK, PUSH, DRAG, KNOWN = range(8)
+SCRATCH_ROWS = 8
 
 
 def grips_of(params: Rows, model: ChainModel) -> Vector:
-    """(joints, 5): spring and damper between motor and joint, dry friction, torque limit; no spring: prescribed."""
+    """(joints, 8): spring and damper between motor and joint, dry friction, torque limit, whether the spring stands for
+    a stiff joint, the motor's line and how fast its no-load speed fades (1/s); no spring: prescribed.
+    """
     give = params[:, layout.LOOP_COMPLIANCE_RAD_NM] + params[:, layout.COMPLIANCE_RAD_NM]
     coulomb, limit = params[:, layout.COULOMB_NM], params[:, layout.TORQUE_LIMIT_NM]
+    slope = params[:, layout.RATE_DROP_PER_NM]
+    line = slope > 0
+    stall = np.where(line, 1.0 / np.where(line, slope, 1.0), np.inf)
+    no_load = np.where(line, params[:, layout.RATE_LIMIT_RAD_S], np.inf)
+    fade = np.where(line, params[:, layout.RATE_DROP_PER_S], 0.0)
     inertia = felt_inertia_kg_m2(model)
     soft = give > 0
     stiffness = np.where(soft, 1.0 / np.where(soft, give, 1.0), inertia * STIFF_RAD_S**2)
     damping = 2.0 * np.where(soft, SOFT_DAMPING, 1.0) * np.sqrt(stiffness * inertia)
-    felt = soft | (coulomb > 0) | np.isfinite(limit)
-    return np.stack([np.where(felt, stiffness, 0.0), damping, coulomb, limit, ~soft], axis=1)
+    felt = soft | line | (coulomb > 0) | np.isfinite(limit)
+    return np.stack(
+        [np.where(felt, stiffness, 0.0), damping, coulomb, limit, ~soft, stall, no_load, fade], axis=1
+    )
 
 
 @jit
 def follow(
     links: Any, slope: float, eps: float, grips: Any, kind: Any, base: Any, phi: Any, dphi: Any, torque: Any,
-    power: Any, work: Any, stage: Any, scratch: Any, h: float, state: Any, params: Any, setpoint: Any,
+    power: Any, work: Any, stage: Any, scratch: Any, t: float, h: float, state: Any, params: Any, setpoint: Any,
     load: Any,
 ) -> None:  # fmt: skip
-    """One step of the chain behind its servos."""
+    """One step of the chain behind its servos, at ``t`` s since the run began."""
     k = phi.size
     fade = math.exp(-h / SMOOTHING_S)
     held = False
@@ -91,7 +105,7 @@ def follow(
         state[j, SMOOTH_RATE] = fade * (state[j, SMOOTH_RATE] - z * h / SMOOTHING_S)
         demand = grips[j, STIFFNESS] * (state[j, SMOOTH] - phi[j] - h * dphi[j])
         demand += grips[j, DAMPING] * (state[j, SMOOTH_RATE] - dphi[j]) + grips[j, STIFF] * load[j]
-        scratch[WEAK, j] = math.copysign(1.0, demand) if abs(demand) > grips[j, LIMIT] else 0.0
+        scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = _overdrawn(grips[j], demand, dphi[j], t)
         scratch[KNOWN, j] = grips[j, STIFF] * load[j]
         slides = grips[j, COULOMB] > 0.0 and abs(dphi[j]) > STICK_RAD_S
         scratch[SLIDING, j] = math.copysign(1.0, dphi[j]) if slides else 0.0
@@ -115,6 +129,22 @@ def follow(
             state[j, OUTPUT_RATE] = dphi[j]
         elif kind[j] == TORQUE:
             state[j, HELD_BACK] = phi[j] - state[j, SMOOTH]
+
+
+@jit
+def _overdrawn(grip: Any, demand: float, rate: float, t: float) -> tuple[float, float, float]:
+    """Whether more torque is asked for than the motor has at this speed (the sign of it, or 0), and what it has then:
+    torque at rest, less a drag for each rad/s.
+    """
+    limit, stall = grip[LIMIT], grip[STALL]
+    no_load = grip[NO_LOAD] * math.exp(-grip[FADE] * t) if grip[FADE] > 0.0 else grip[NO_LOAD]
+    for sign in (1.0, -1.0):
+        line = stall * (1.0 - sign * rate / no_load)
+        if sign * demand > min(max(line, -limit), limit):
+            if abs(line) < limit:
+                return sign, sign * stall, stall / no_load
+            return sign, sign * math.copysign(limit, line), 0.0
+    return 0.0, 0.0, 0.0
 
 
 @jit
@@ -143,8 +173,8 @@ def _try_step(
         stick = grips[j, COULOMB] / STICK_RAD_S if scratch[SLIDING, j] == 0.0 else 0.0
         push[j] = -grips[j, COULOMB] * scratch[SLIDING, j]
         if scratch[WEAK, j] != 0.0:
-            push[j] += grips[j, LIMIT] * scratch[WEAK, j]
-            damping[j] = stick
+            push[j] += scratch[PUSH, j]
+            damping[j] = stick + scratch[DRAG, j]
             dphi_end[j] = 0.0
         else:
             push[j] += scratch[KNOWN, j]

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 FORBIDDEN = ("snakebot.physics", "snakebot.effects")
 
 
@@ -45,9 +47,11 @@ def test_no_forbidden_module_is_loaded_behind_the_scenes(root: Path) -> None:
 
 
 def test_the_answering_script_knows_nothing_of_labels(root: Path) -> None:
-    answer = root / "tools" / "blind" / "answer"
-    assert not [n for n in imported(answer) if n.split(".")[0] in ("blind", "snakebot", "cryptography")]
-    assert "labels.sealed" not in answer.read_text()
+    for name in ("answer", "answering.py"):
+        file = root / "tools" / "blind" / name
+        ours = {n for n in imported(file) if n.split(".")[0] in ("blind", "snakebot", "cryptography")}
+        assert ours <= {"blind.answering", "blind.answering.Pool"}
+        assert "labels.sealed" not in file.read_text()
 
 
 def test_all_public_effect_names_are_injected() -> None:
@@ -55,10 +59,7 @@ def test_all_public_effect_names_are_injected() -> None:
 
     from snakebot.effects import effects
 
-    held = {
-        name for name in effects() if name != "torque_speed"
-    }  # a motor curve: the blind robot always has one
-    assert set(KNOWN) == held
+    assert set(KNOWN) == set(effects())
     assert not set(UNKNOWN) & set(effects())
     assert len(UNKNOWN) >= 5
 
@@ -71,25 +72,54 @@ def test_stages_agree_with_the_library() -> None:
     assert {n: FAULTS[n].stage for n in KNOWN} == {n: effects()[n].stage for n in KNOWN}
 
 
-def test_the_answering_process_is_refused_labels_and_key(root: Path, tmp_path: Path) -> None:
-    from importlib.machinery import SourceFileLoader
-    from importlib.util import module_from_spec, spec_from_loader
+TRIES = {
+    "open": "print(open(path).read())",
+    "listing": "import os; print('secret', os.listdir(os.path.dirname(path)))",
+    "another process": "import subprocess; subprocess.run(['cat', path])",
+    "link": "import os; os.symlink(path, 'here'); print(open('here').read())",
+}
 
-    loader = SourceFileLoader("blind_answer", str(root / "tools" / "blind" / "answer"))
-    spec = spec_from_loader("blind_answer", loader)
-    assert spec is not None
-    answer = module_from_spec(spec)
-    loader.exec_module(answer)
-    tried = answer.GUARD.replace(
-        "from snakebot.cli.main import main\nmain()", "print(open(sys.argv[1]).read())"
-    )
+
+@pytest.mark.parametrize("how", TRIES)
+def test_the_answering_process_is_refused_labels_and_key(tmp_path: Path, how: str) -> None:
+    from blind.answering import GUARD
+
     (tmp_path / "set").mkdir()
-    for name in ("set/labels.sealed", "set.key", "elsewhere"):
+    for name in ("set/labels.sealed", "set.key"):
         (tmp_path / name).write_text("secret")
-        words = [sys.executable, "-c", tried, str(tmp_path / "set"), str(tmp_path / name)]
-        done = subprocess.run(words, capture_output=True, text=True)
-        if name == "elsewhere":
-            assert done.stdout.strip() == "secret"
-        else:
-            assert "not for the one who answers" in done.stderr
-            assert "secret" not in done.stdout
+        if how == "listing" and name == "set.key":
+            continue  # of the folder above
+        tried = f"{GUARD}\npath = {str(tmp_path / name)!r}\n{TRIES[how]}"
+        words = [sys.executable, "-c", tried, str(tmp_path / "set")]
+        done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path)
+        assert "the one who answers" in done.stderr, done.stderr
+        assert "secret" not in done.stdout
+
+
+def test_the_guard_lets_everything_else_be_read(tmp_path: Path) -> None:
+    from blind.answering import GUARD
+
+    (tmp_path / "elsewhere").write_text("free")
+    words = [sys.executable, "-c", GUARD + "print(open(sys.argv[1]).read())", str(tmp_path / "set")]
+    done = subprocess.run([*words, str(tmp_path / "elsewhere")], capture_output=True, text=True)
+    assert done.stdout.strip() == "free", done.stderr
+
+
+def test_one_process_answers_many_folders_and_outlives_bad_ones(tmp_path: Path) -> None:
+    from blind.answering import Diagnostician
+
+    (tmp_path / "set" / "cases" / "a").mkdir(parents=True)
+    one = Diagnostician(tmp_path / "set")
+    try:
+        first = one.ask(tmp_path / "set" / "cases" / "a")
+        process = one._process
+        second = one.ask(tmp_path / "set" / "cases" / "a", "--no-such-option")
+        assert (first.status, second.status) == (2, 2)
+        assert first.answer is second.answer is None
+        assert "no-such-option" in second.said
+        assert one._process is process
+        late = one.ask(tmp_path / "set" / "cases" / "a", limit_s=0.0)
+        assert late.status == -1
+        assert one._process is None
+    finally:
+        one.close()

@@ -21,9 +21,9 @@ def speed(path: np.ndarray, t_s: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("gait", GAITS)
-@pytest.mark.parametrize(("rate_hz", "late_s"), [(RATE_HZ, 0.0005), (500.0, 0.0010)])
+@pytest.mark.parametrize(("rate_hz", "late_s", "faster"), [(RATE_HZ, 0.0005, 0.005), (500.0, 0.0010, 0.003)])
 def test_nominal_blind_robot_is_what_the_product_predicts(
-    gait: tuple[float, float, float], rate_hz: float, late_s: float
+    gait: tuple[float, float, float], rate_hz: float, late_s: float, faster: float
 ) -> None:
     t = np.arange(round(10 * rate_hz)) / rate_hz
     command = gait_command(t, np.radians(gait[0]), np.radians(gait[1]), gait[2])
@@ -35,7 +35,7 @@ def test_nominal_blind_robot_is_what_the_product_predicts(
     assert np.abs(lag_off_s).max() < late_s  # what LOOP_LAG_S, one number, cannot take away
     assert np.degrees((off - lag_off_s * rate).std(axis=0)).max() < 0.05  # a count is 0.044
     replayed = body_stage(stages, t, real.encoder_rad)
-    assert speed(real.pose[:, :2], t) == pytest.approx(speed(replayed.com_m, t), rel=0.003)
+    assert speed(real.pose[:, :2], t) == pytest.approx(speed(replayed.com_m, t), rel=faster)
 
 
 def test_nominal_numbers_are_those_of_the_built_in_robot() -> None:

@@ -42,12 +42,12 @@ def random_delay(context: Context, trial: Trial) -> RandomDelay:
         return RandomDelay(0.0, 1.0, 0.0)
     explained = total = weight = 0.0
     lagged, power, square = 0.0, 0.0, 0.0
-    for run, reading in zip(context.data.runs, trial.readings, strict=True):
+    for run, reading, left in zip(context.data.runs, trial.readings, trial.left, strict=True):
         use = np.asarray(run.use.all(axis=1))
         if use.sum() < 50:
             continue
         rate: Floats = np.asarray(np.gradient(reading, run.t_s, axis=0))
-        residual = np.where(use[:, None], run.measured_rad - reading, 0.0)
+        residual = np.where(use[:, None], left, 0.0)
         noise = float(np.square(context.floor.white_rad).sum())
         speed: Floats = np.asarray(np.square(rate).sum(axis=1))
         moving = use & (speed > 0.1 * np.quantile(speed[use], 0.9))

@@ -35,7 +35,7 @@ def angle_closure(context: Context, nominal: Trial, best: Trial) -> AngleClosure
     blocks = context.angle_blocks
     rows = np.isin(blocks.run, scored_runs(context))
     size = blocks.samples[rows]
-    before, after = nominal.held_square[: blocks.count][rows], best.held_square[: blocks.count][rows]
+    before, after = (blocks.mean_square(context.residuals(trial.readings))[rows] for trial in (nominal, best))
     e2, a2 = _mean(before, size), _mean(after, size)
     joint = blocks.joint[rows]
     floor = context.floor

@@ -7,19 +7,29 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from threading import Lock
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.diagnosis import ground as ground_motion
+from snakebot.diagnosis.allowance import bounded_share, rate_of, shift_limit_s, shifts_s
 from snakebot.diagnosis.blocks import BlockMap, Difference, block_map, mean_difference
 from snakebot.diagnosis.data import Data
 from snakebot.diagnosis.floor import Floor, noise_floor
 from snakebot.diagnosis.folds import Fold, folds
-from snakebot.diagnosis.score import LAG_TOLERANCE, Scale
-from snakebot.diagnosis.simulate import Simulator, smoothed
+from snakebot.diagnosis.hypothesis import Hypothesis
+from snakebot.diagnosis.score import SHAPE_TOLERANCE, Scale
+from snakebot.diagnosis.simulate import Simulator
+from snakebot.diagnosis.smoothing import smoothed
 from snakebot.effects.observed import Observed
+from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
+
+if TYPE_CHECKING:
+    from snakebot.physics import ChainModel
+
+PARTS = 5  # of a sample's interval, for the motion between samples
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -36,6 +46,7 @@ class Context:
     scale: Scale  # of the angles
     ground: ground_motion.Ground | None
     ground_allowed_square: Floats  # (G,)
+    ground_marks: Floats  # (G, 4) of the tolerances of friction along, across, mass, and ripple between samples
     folds: tuple[Fold, ...]
     observed: Observed
     nominal: list[Floats]  # predicted readings, (N, k) a run
@@ -113,19 +124,61 @@ class Context:
         difference = (self.score(better) - self.score(worse))[use]
         return mean_difference(difference, self.block_run[use])
 
-    def residuals(self, readings: Sequence[Floats]) -> list[Floats]:
-        """Measured less predicted (N, k) a run; zero where not used."""
-        return [
-            np.where(run.use, run.measured_rad - reading, 0.0)
-            for run, reading in zip(self.data.runs, readings, strict=True)
-        ]
+    def residuals(self, readings: Sequence[Floats], shift_s: Floats | None = None) -> list[Floats]:
+        """Measured less predicted (N, k) a run; zero where not used.
+
+        Args:
+            shift_s: (k,) by which the readings come early.
+        """
+        out = []
+        for run, reading in zip(self.data.runs, readings, strict=True):
+            residual = run.measured_rad - reading
+            if shift_s is not None and shift_s.any():
+                residual -= shift_s * rate_of(reading, run.t_s)
+            out.append(np.where(run.use, residual, 0.0))
+        return out
+
+    def shift_limits_s(self, hypothesis: Hypothesis) -> Floats:
+        """(k,) how far an explanation may shift each joint in time."""
+        limit = np.full(self.data.joints, shift_limit_s(self.data.robot.servo.time_constant_s))
+        for term in hypothesis.terms:
+            if "delay" in find_effect(term.effect).covers:
+                limit[[j - 1 for j in term.joints] if term.joints is not None else slice(None)] = 0.0
+        return limit
+
+    def shifts_s(self, readings: Sequence[Floats], runs: Sequence[int], limit_s: Floats) -> Floats:
+        """(k,) advance of each joint that suits some runs best; ``readings`` are of all runs."""
+        if not limit_s.any() or not len(runs):
+            return np.zeros_like(limit_s)
+        picked = [self.data.runs[i] for i in runs]
+        made = [readings[i] for i in runs]
+        rate = np.concatenate([rate_of(r, run.t_s) for r, run in zip(made, picked, strict=True)])
+        residual = np.concatenate([run.measured_rad - r for r, run in zip(made, picked, strict=True)])
+        block = np.concatenate([self.angle_blocks.of_sample[i] for i in runs])
+        return shifts_s(residual, rate, block, self.scale.square, limit_s)
 
     def ground_square(self, specs: Iterable[EffectSpec]) -> Floats:
         """(G,) squared errors of the ground's features under some effects; empty without a measured ground."""
         if self.ground is None:
             return np.zeros(0)
-        wanted = self.ground.value
-        return np.square(self.ground_features(specs) - wanted)
+        return np.square(self.ground_left(specs, self.free_runs))
+
+    def ground_left(
+        self, specs: Iterable[EffectSpec], fitted: Sequence[int], runs: Sequence[int] | None = None
+    ) -> Floats:
+        """(G,) measured less predicted features, nan for runs not asked for.
+
+        Friction and mass may be off by their tolerances, and servos may ripple between samples, as the ``fitted`` runs
+        say; not what an effect sets itself.
+        """
+        assert self.ground is not None
+        specs = tuple(specs)
+        left = np.asarray(self.ground.value - self.ground_features(specs, runs))
+        free = [2, 3] if any("friction" in s.effect.covers for s in specs) else [0, 1, 2, 3]
+        marks = self.ground_marks[:, free]
+        least = np.array([-1.0, -1.0, -1.0, 0.0])[free]
+        known = np.where(np.isin(self.ground.run, list(fitted)), left, np.nan)
+        return np.asarray(left - marks @ bounded_share(known, marks, least, self.ground_allowed_square))
 
     def ground_features(self, specs: Iterable[EffectSpec], runs: Sequence[int] | None = None) -> Floats:
         """(G,) features that the measured joint angles make on this body, nan for runs not asked for."""
@@ -140,7 +193,9 @@ class Context:
                 stages.true_angle(run.t_s, measured)
                 for run, measured in zip(self.data.runs, self.simulator.smooth, strict=True)
             ]
-            found = ground_motion.predicted(self.ground, self.data, angles, stages.model, runs)
+            found = (
+                ground_motion.predicted(self.ground, self.data, angles, stages.model, runs)
+            )
             with self._lock:
                 self._ground_cache[key] = found
         return found
@@ -152,18 +207,21 @@ def make_context(data: Data, known: Mapping[str, float], seed: int) -> Context:
     floor = noise_floor(data)
     blocks = block_map(data)
     nominal = [p.reading_rad for p in simulator.predict(())]
-    other = _with_lag(data, simulator, 1 + LAG_TOLERANCE)
+    other = _with_lag(data, simulator, 1 + SHAPE_TOLERANCE)
     moved = [a - b for a, b in zip(nominal, other, strict=True)]
     tolerance = blocks.mean_square(moved)
     floor_square = np.square(floor.rad)[blocks.joint]
     measured = ground_motion.measured_ground(data)
-    allowed = np.zeros(0)
+    allowed, marks = np.zeros(0), np.zeros((0, 4))
     if measured is not None:
         stages = simulator.stages(())
         assert stages.model is not None
         noisier = _noisier(data, simulator, floor)
-        spread = ground_motion.tolerance_square(measured, data, simulator.smooth, noisier, stages.model)
-        allowed = measured.floor_square + spread
+        doubt = ground_motion.doubt_square(measured, data, simulator.smooth, noisier, stages.model)
+        allowed = measured.floor_square + doubt
+        marks = ground_motion.tolerance_marks(measured, data, simulator.smooth, stages.model)
+        ripple = _between_samples(data, simulator, measured, nominal, stages.model)
+        marks = np.column_stack([marks, ripple])
     return Context(
         data=data,
         simulator=simulator,
@@ -171,12 +229,31 @@ def make_context(data: Data, known: Mapping[str, float], seed: int) -> Context:
         scale=Scale(blocks, floor_square, tolerance),
         ground=measured,
         ground_allowed_square=allowed,
+        ground_marks=marks,
         folds=folds(data),
         observed=Observed(data.robot, data.runs),
         nominal=nominal,
         known=known,
         seed=seed,
     )
+
+
+def _between_samples(
+    data: Data,
+    simulator: Simulator,
+    ground: ground_motion.Ground,
+    nominal: Sequence[Floats],
+    model: ChainModel,
+) -> Floats:
+    """(G,) features of the nominal motion less those of its samples, smoothed as the measured ones are.
+
+    Held set-points make an ideal servo ripple between the samples, which costs speed that no replay of samples sees.
+    A real servo ripples less.
+    """
+    fine = [simulator.between_samples(i, PARTS) for i in range(len(data.runs))]
+    whole = ground_motion.predicted(ground, data, [a for _, a in fine], model, t_s=[t for t, _ in fine])
+    coarse = [smoothed(run.t_s, angle) for run, angle in zip(data.runs, nominal, strict=True)]
+    return np.nan_to_num(whole - ground_motion.predicted(ground, data, coarse, model))
 
 
 def _noisier(data: Data, simulator: Simulator, floor: Floor) -> list[Floats]:

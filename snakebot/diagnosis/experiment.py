@@ -27,6 +27,9 @@ MOST_RIVALS = 4
 TROUBLE = 0.05  # of the probability, for which nobody lifts a robot or waits for a long run
 SAME_COMMAND = 0.02  # rms difference over rms, below which a motion has been run already
 SUREST = 0.99
+SAME = (
+    0.25  # of ``ALIKE``: an explanation with more parameters that leads by less anywhere is the simpler one
+)
 
 Pair = tuple[int, int]
 
@@ -160,7 +163,15 @@ def _described(
 
 
 def _channel_for(looks: Sequence[_Look], rivals: Sequence[Trial], on_bench: bool) -> str | None:
-    """The signal that would settle those which no motion of the menu tells apart, even at their fits."""
+    """What would settle those which no motion of the menu tells apart, even at their fits."""
+    for a, b in combinations(range(len(rivals)), 2):
+        most = max((look.lead[a, b] for look in looks), default=0.0)
+        if most < SAME * ALIKE and rivals[a].theta.size != rivals[b].theta.size:
+            rich, plain = sorted((rivals[a], rivals[b]), key=lambda r: -r.theta.size)
+            return (
+                f"{rich.hypothesis.terms[-1].effect}, with the numbers found, moves like "
+                f"{plain.hypothesis.terms[-1].effect} in every motion that was tried: take the simpler one"
+            )
     pairs = combinations(range(len(rivals)), 2)
     hopeless = {i for pair in pairs if all(look.lead[pair] < ALIKE for look in looks) for i in pair}
     return _channel([rivals[i] for i in sorted(hopeless)], on_bench) if hopeless else None

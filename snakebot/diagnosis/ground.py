@@ -1,8 +1,9 @@
 """The motion over ground: measured by a pose or by one forward speed a run, predicted by replaying joint angles.
 
-A run with a pose is cut into cycles of its gait (or seconds); of each the mean velocity along and across the
-mean heading and the turn rate are compared. Errors therefore do not pile up along the way. A run with a forward
-speed alone gives one number: the speed over its second half.
+A run with a pose is cut into quarters of its gait's cycle (or seconds); of each the mean velocity along and across
+the mean heading and the turn rate are compared. Errors therefore do not pile up along the way, and mass, which hardly
+changes the speed of a cycle, shows within it. A run with a forward speed alone gives one number: the speed over its
+second half.
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from snakebot.diagnosis.allowance import FRICTION_TOLERANCE, MASS_TOLERANCE
 from snakebot.diagnosis.data import Data, PreparedRun
+from snakebot.diagnosis.smoothing import smoothed
 
 if TYPE_CHECKING:
     from snakebot.physics import ChainModel
@@ -23,12 +26,12 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-FRICTION_TOLERANCE = 0.05  # relative error of friction coefficients that is taken for granted
-MASS_TOLERANCE = 0.03
 SPEED_RESOLUTION_M_S = 0.001  # nobody's treadmill or camera is better
 TURN_RESOLUTION_RAD_S = 0.003
-SPEED_ACCURACY = 0.01  # of the speed itself
+SPEED_ACCURACY = 0.005  # of the speed itself
 MAX_STEP_S = 5e-3
+QUARTERS, SHORTEST_S = 4, 0.25  # windows a cycle, and the length below which the pose's noise rules
+POSE_SMOOTH_S = 0.2
 
 FORWARD, LATERAL, TURN = 0, 1, 2
 
@@ -78,6 +81,11 @@ def measured_ground(data: Data) -> Ground | None:
     windows: list[Window] = []
     for index, run in enumerate(data.runs):
         windows += _windows(index, run)
+    poses = {
+        index: smoothed(run.t_s, run.pose, POSE_SMOOTH_S)
+        for index, run in enumerate(data.runs)
+        if run.pose is not None
+    }
     values: list[float] = []
     window_of: list[int] = []
     kinds: list[int] = []
@@ -87,8 +95,7 @@ def measured_ground(data: Data) -> Ground | None:
             assert run.forward_speed_m_s is not None
             features: tuple[float, ...] = (run.forward_speed_m_s,)
         else:
-            assert run.pose is not None
-            features = window_features(run.t_s, run.pose, window)
+            features = window_features(run.t_s, poses[window.run], window)
         for kind, feature in enumerate(features):
             if np.isfinite(feature):
                 values.append(feature)
@@ -111,6 +118,8 @@ def _windows(index: int, run: PreparedRun) -> list[Window]:
     first = min(
         length, end / 3
     )  # the start from rest tells of mass, but every lab starts its clock elsewhere
+    if run.omega_rad_s:
+        length /= int(np.clip(length / SHORTEST_S, 1, QUARTERS))
     count = int((end - first) / length + 1e-6)
     if count < 1:
         return [Window(index, first, end, False)]
@@ -151,8 +160,13 @@ def predicted(
     angle_rad: Sequence[Floats],
     model: ChainModel,
     runs: Sequence[int] | None = None,
+    t_s: Sequence[Floats] | None = None,
 ) -> Floats:
-    """(F,) features of the motion that joint angles (one (N, k) a run) make; nan for runs not asked for."""
+    """(F,) features of the motion that joint angles (one (N, k) a run) make; nan for runs not asked for.
+
+    Args:
+        t_s: times of the angles, a run; those of the samples if None.
+    """
     from snakebot.physics import replay
 
     out = np.full(ground.count, np.nan)
@@ -162,16 +176,20 @@ def predicted(
         run = data.runs[index]
         pose = run.pose
         start = pose[np.flatnonzero(np.isfinite(pose).all(axis=1))[0]] if pose is not None else np.zeros(3)
+        times = run.t_s if t_s is None else t_s[index]
         path = replay(
             model,
-            run.t_s,
+            times,
             angle_rad[index],
             x_m=start[0],
             y_m=start[1],
             heading_rad=start[2],
             max_step_s=MAX_STEP_S,
         )
-        paths[index] = (run.t_s, np.column_stack([path.com_m, path.heading_rad]))
+        made_pose = np.column_stack([path.com_m, path.heading_rad])
+        if pose is not None:
+            made_pose = smoothed(times, made_pose, POSE_SMOOTH_S)
+        paths[index] = (times, made_pose)
     made: dict[int, tuple[float, float, float]] = {}
     for i in range(ground.count):
         number = int(ground.window[i])
@@ -199,14 +217,13 @@ def whole_angles(data: Data) -> list[Floats]:
     return out
 
 
-def tolerance_square(
+def doubt_square(
     ground: Ground, data: Data, angle_rad: Sequence[Floats], noisier_rad: Sequence[Floats], model: ChainModel
 ) -> Floats:
-    """(F,) squared change of the features by all that is not known well enough.
+    """(F,) squared change of the features by what is not known of the measurement.
 
-    Friction and mass are off by their tolerance; the readings have noise (``noisier_rad`` are the angles with as
-    much of it again, which shakes the simulated body as much again); and of a lone speed nobody says over which
-    span it was taken.
+    The readings have noise (``noisier_rad`` are the angles with as much of it again, which shakes the simulated body
+    as much again); and of a lone speed nobody says over which span it was taken.
     """
     base = predicted(ground, data, angle_rad, model)
     total = np.square(predicted(ground, data, noisier_rad, model) - base)
@@ -214,14 +231,21 @@ def tolerance_square(
         other = replace(ground, windows=tuple(_other_span(data, window, spans) for window in ground.windows))
         if other.windows != ground.windows:
             total += 0.5 * np.square(predicted(other, data, angle_rad, model) - base)
-    grip, rub, mass = 1 + FRICTION_TOLERANCE, 1 + FRICTION_TOLERANCE, 1 + MASS_TOLERANCE
-    for changed in (
-        replace(model, ct=model.ct * rub, ct0=model.ct0 * rub),
-        replace(model, cn=model.cn * grip, cn0=model.cn0 * grip),
-        replace(model, mass=model.mass * mass, inertia=model.inertia * mass),
-    ):
-        total += np.square(predicted(ground, data, angle_rad, changed) - base)
     return np.nan_to_num(total)
+
+
+def tolerance_marks(ground: Ground, data: Data, angle_rad: Sequence[Floats], model: ChainModel) -> Floats:
+    """(F, 3) change of the features by the full tolerance of friction along, friction across, and mass."""
+    base = predicted(ground, data, angle_rad, model)
+    rub, mass = 1 + FRICTION_TOLERANCE, 1 + MASS_TOLERANCE
+    changed = (
+        replace(model, ct=model.ct * rub, ct0=model.ct0 * rub),
+        replace(model, cn=model.cn * rub, cn0=model.cn0 * rub),
+        replace(model, mass=model.mass * mass, inertia=model.inertia * mass),
+    )
+    return np.nan_to_num(
+        np.stack([predicted(ground, data, angle_rad, other) - base for other in changed], axis=1)
+    )
 
 
 def _other_span(data: Data, window: Window, start: float) -> Window:

@@ -108,7 +108,8 @@ def _link_share(context: Context, nominal: Trial) -> float | None:
     blocks = context.angle_blocks
     square = blocks.mean_square(context.residuals(readings))
     floor = context.scale.floor_square
-    whole = float(np.mean(nominal.held_square[: blocks.count] - floor))
+    plain = blocks.mean_square(context.residuals(nominal.readings))
+    whole = float(np.mean(plain - floor))
     left = float(np.mean(square - floor))
     # what the half tick between board and log does is not the link's doing
     if whole <= float(np.mean(context.scale.tolerance_square)):

@@ -4,9 +4,9 @@ With m the mean square of a block's residual and s its allowed spread, a block s
 logarithm keeps one violent run from outvoting the calm ones, where dead band and backlash show; near the floor
 it is the usual sum of squares.
 
-The allowed spread is the noise floor and the *tolerance*: how far the prediction moves when the nominal servo's
-time constant is off by ``LAG_TOLERANCE``. A simulation is never better than its own numbers; what lies within
-them is no gap.
+The allowed spread is the noise floor and the *tolerance*: no servo is quite the first-order lag that the nominal model
+takes it for, so a small share of that lag's own mark is no gap. What the nominal numbers themselves may be off by is
+dealt with in ``allowance``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from snakebot.diagnosis.blocks import BlockMap
 
 Floats = NDArray[np.float64]
 
-LAG_TOLERANCE = 0.06  # relative error of the nominal time constant that is taken for granted
+SHAPE_TOLERANCE = 0.02  # share of the mark of the nominal lag that a sound servo may differ in
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.diagnosis.data import Data, PreparedRun
+from snakebot.diagnosis.smoothing import smoothed
 from snakebot.effects.effect import Track
 from snakebot.effects.prediction import GRID_S, servo_stage, setpoint_at
 from snakebot.effects.spec import EffectSpec
@@ -31,9 +32,6 @@ from snakebot.physics.servo_layout import (
 )
 
 Floats = NDArray[np.float64]
-
-
-SMOOTH_S = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +124,16 @@ class Simulator:
             ).joint_angle_rad
         return _some_joints(stages, run, track, known, load, np.asarray(columns))
 
+    def between_samples(self, index: int, parts: int) -> tuple[Floats, Floats]:
+        """Times (M,) and nominal joint angles (M, k) of a run, each sample's interval cut into ``parts``."""
+        run, stages = self.data.runs[index], self.stages(())
+        steps = np.arange(run.t_s.size * parts - parts + 1) / parts
+        t_s = np.interp(steps, np.arange(run.t_s.size), run.t_s)
+        known = np.stack([np.interp(t_s, run.t_s, column) for column in self.measured[index].T], axis=1)
+        track = stages.link(run.t_s, run.command_rad)
+        made = servo_stage(stages, track, t_s, initial_rad=known[0], known_rad=known)
+        return t_s, made.joint_angle_rad
+
     def load(self, index: int) -> Floats | None:
         """Torques (N, k) of the nominal motion; None on a bench without an arm."""
         if index not in self._loads:
@@ -167,17 +175,3 @@ def _some_joints(
     out = np.full(known.shape, np.nan)
     out[:, columns] = made.angle
     return out
-
-
-def smoothed(t_s: Floats, angle_rad: Floats, span_s: float = SMOOTH_S) -> Floats:
-    """Angles (N, k) with noise taken out by a cubic through every ``span_s``: what a replay is fed with.
-
-    Differentiated noise of the readings would shake the simulated body loose from the ground.
-    """
-    from scipy.signal import savgol_filter
-
-    width = 2 * int(0.5 * span_s / float(np.median(np.diff(t_s)))) + 1
-    width = min(width, angle_rad.shape[0] - 1 + angle_rad.shape[0] % 2)
-    if width < 5:
-        return angle_rad
-    return np.asarray(savgol_filter(angle_rad, width, 3, axis=0))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from snakebot.diagnosis.allowance import shifts_s, stacked_rates
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.fit import Fit, Problem, minimise, multi_start
 from snakebot.diagnosis.gap import gap_of
@@ -36,6 +37,7 @@ class Trial:
         fitted_square: (B,) mean squares of the blocks at ``theta``.
         held_square: (B,) the same, each run predicted from parameters that it had no part in.
         readings: held-out predictions (N, k) a run.
+        left: their residuals (N, k) a run, with the shifts in time that the nominal numbers are allowed.
         run_theta: parameters by which each run was predicted, one (p,) a run.
     """
 
@@ -45,6 +47,7 @@ class Trial:
     fitted_square: Floats
     held_square: Floats
     readings: list[Floats]
+    left: list[Floats]
     run_theta: tuple[Floats, ...]
 
     @property
@@ -54,20 +57,6 @@ class Trial:
     def score(self, context: Context) -> float:
         """Mean held-out score over the deciding blocks."""
         return float(context.score(self.held_square)[context.selects].mean())
-
-
-def squares(
-    context: Context, specs: Sequence[EffectSpec], *, rough: bool = False
-) -> tuple[Floats, list[Floats]]:
-    """(B,) mean squares of all blocks under some effects, and the readings."""
-    angle_specs = [s for s in specs if s.effect.stage != "body"]
-    readings = (
-        [p.reading_rad for p in context.simulator.predict(specs, rough=rough)]
-        if angle_specs
-        else context.nominal
-    )
-    angles = context.angle_blocks.mean_square(context.residuals(readings))
-    return context.credited(np.concatenate([angles, context.ground_square(specs)])), readings
 
 
 def predicted_readings(
@@ -88,10 +77,10 @@ def predicted_readings(
 
 
 def nominal_trial(context: Context) -> Trial:
-    square, readings = squares(context, ())
+    """The robot without any effect."""
     nothing = np.zeros(0)
-    return Trial(
-        Hypothesis(), nothing, np.zeros((0, 0)), square, square, readings, (nothing,) * len(context.data.runs)
+    return _scored(
+        context, Hypothesis(), nothing, np.zeros((0, 0)), (nothing,) * len(context.data.runs), cross=True
     )
 
 
@@ -114,36 +103,63 @@ def run_trial(
     theta, covariance = _fit(
         context, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough
     )
-    specs = hypothesis.specs(theta)
-    fitted, readings = squares(context, specs, rough=rough)
-    if not cross or not context.folds or theta.size == 0:
-        everywhere = (theta,) * len(context.data.runs)
-        return Trial(hypothesis, theta, covariance, fitted, fitted, readings, everywhere)
-    run_theta = [theta] * len(context.data.runs)
-    held = fitted.copy()
-    readings = list(readings)
-    block_run = context.block_run
-    for fold in context.folds:
-        fold_theta, _ = _fit(context, hypothesis, [theta], fold.fit, FOLD_STEPS, 1, covariance=False)
-        fold_specs = hypothesis.specs(fold_theta)
-        score = list(fold.score)
-        for index in score:
-            run_theta[index] = fold_theta
-        if any(s.effect.stage != "body" for s in fold_specs):
-            for index, reading in zip(score, predicted_readings(context, fold_specs, score), strict=True):
-                readings[index] = reading
-        residual = [
-            np.where(run.use, run.measured_rad - reading, 0.0)
-            for run, reading in zip(context.data.runs, readings, strict=True)
+    fold_theta = [theta] * len(context.folds)
+    if cross and theta.size:
+        fold_theta = [
+            _fit(context, hypothesis, [theta], fold.fit, FOLD_STEPS, 1, covariance=False)[0]
+            for fold in context.folds
         ]
-        angles = context.angle_blocks.mean_square(residual)
+    return _scored(context, hypothesis, theta, covariance, fold_theta, cross=cross, rough=rough)
+
+
+def _scored(
+    context: Context,
+    hypothesis: Hypothesis,
+    theta: Floats,
+    covariance: Floats,
+    fold_theta: Sequence[Floats],
+    *,
+    cross: bool,
+    rough: bool = False,
+) -> Trial:
+    """The trial of a fit: each fold's runs are predicted, and shifted in time, by what its other runs say."""
+    limit = context.shift_limits_s(hypothesis)
+    blocks = context.angle_blocks
+
+    def predicted(at: Floats, runs: Sequence[int]) -> list[Floats]:
+        specs = hypothesis.specs(at)
+        if any(s.effect.stage != "body" for s in specs):
+            return predicted_readings(context, specs, runs, rough)
+        return [context.nominal[i] for i in runs]
+
+    every = range(len(context.data.runs))
+    readings = predicted(theta, every)
+    left = context.residuals(readings, context.shifts_s(readings, context.free_runs, limit))
+    angles = blocks.mean_square(left)
+    ground = context.ground_square(hypothesis.specs(theta))
+    fitted = context.credited(np.concatenate([angles, ground]))
+    run_theta = [theta] * len(every)
+    if not cross or not context.folds:
+        return Trial(hypothesis, theta, covariance, fitted, fitted, readings, left, tuple(run_theta))
+    held = fitted.copy()
+    held_readings, held_left = list(readings), list(left)
+    for fold, own in zip(context.folds, fold_theta, strict=False):
+        mixed = list(readings)
+        if own is not theta:
+            seen = sorted((*fold.fit, *fold.score)) if limit.any() else sorted(fold.score)
+            for index, reading in zip(seen, predicted(own, seen), strict=True):
+                mixed[index] = reading
+        shifted = context.residuals(mixed, context.shifts_s(mixed, fold.fit, limit))
+        for index in fold.score:
+            run_theta[index] = own
+            held_readings[index], held_left[index] = mixed[index], shifted[index]
         ground = np.zeros(0)
         if context.ground is not None:
-            ground = np.square(context.ground_features(fold_specs, score) - context.ground.value)
-        square = context.credited(np.concatenate([angles, ground]))
-        mine = np.isin(block_run, score)
+            ground = np.square(context.ground_left(hypothesis.specs(own), fold.fit))
+        square = context.credited(np.concatenate([blocks.mean_square(shifted), ground]))
+        mine = np.isin(context.block_run, fold.score)
         held[mine] = square[mine]
-    return Trial(hypothesis, theta, covariance, fitted, held, readings, tuple(run_theta))
+    return Trial(hypothesis, theta, covariance, fitted, held, held_readings, held_left, tuple(run_theta))
 
 
 def _fit(
@@ -213,14 +229,34 @@ def _angle_problem(
     if not use.any():
         return None
 
+    limit = context.shift_limits_s(hypothesis)[columns]
+
     def residual(theta: Floats) -> Floats:
         predicted = context.simulator.predict(whole(theta[0]), runs, rough=rough, columns=joints)
-        reading = np.concatenate([p.reading_rad[:, columns] for p in predicted])
-        return np.where(use, measured - reading, 0.0)
+        made = [p.reading_rad[:, columns] for p in predicted]
+        return _left(context, made, runs, measured, use, block, limit)
 
     return Problem(
         residual, np.zeros(columns.size, dtype=np.int64), block, context.scale.square, lower, upper, log
     )
+
+
+def _left(
+    context: Context,
+    readings: Sequence[Floats],
+    runs: Sequence[int],
+    measured: Floats,
+    use: NDArray[np.bool_],
+    block: Ints,
+    limit_s: Floats,
+) -> Floats:
+    """Residual (N, k) of some joints in some runs, one below the other, with the shifts they are allowed."""
+    residual = np.where(use, measured - np.concatenate(readings), 0.0)
+    if limit_s.any():
+        times = [context.data.runs[i].t_s for i in runs]
+        rate = np.where(use, stacked_rates(readings, times), 0.0)
+        residual -= rate * shifts_s(residual, rate, block, context.scale.square, limit_s)
+    return residual
 
 
 def angle_columns(
@@ -250,8 +286,8 @@ def _ground_problem(
     block = np.where(rows, np.arange(ground.count), -1)[:, None]
 
     def residual(theta: Floats) -> Floats:
-        found = context.ground_features(whole(theta[0]), runs)
-        return np.where(rows, ground.value - np.nan_to_num(found), 0.0)[:, None]
+        left = context.ground_left(whole(theta[0]), runs, runs)
+        return np.where(rows, np.nan_to_num(left), 0.0)[:, None]
 
     return Problem(
         residual, np.zeros(1, dtype=np.int64), block, context.ground_allowed_square, lower, upper, log
@@ -277,12 +313,13 @@ def each_joint(
     absent = np.setdiff1d(columns, wanted)
     use[:, absent], block[:, absent] = False, -1
     lower, upper, log = bounds(effect_terms[0].open)
+    limit = context.shift_limits_s(Hypothesis((*base.hypothesis.terms, *effect_terms)))
 
     def residual(theta: Floats) -> Floats:
         specs = [*base.specs, *(term.spec(row) for term, row in zip(effect_terms, theta, strict=True))]
         predicted = context.simulator.predict(specs, runs, rough=True, columns=[int(j) for j in wanted])
-        reading = np.concatenate([p.reading_rad for p in predicted])
-        return np.where(use, measured - reading, 0.0)
+        made = [p.reading_rad for p in predicted]
+        return _left(context, made, runs, measured, use, block, limit)
 
     problem = Problem(residual, columns, block, context.scale.square, lower, upper, log)
     return runs, multi_start(problem, starts, 1, ROUGH_STEPS if dear else 10, covariance=False)

@@ -9,10 +9,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from snakebot.diagnosis.allowance import FRICTION_TOLERANCE, LAG_TOLERANCE, MASS_TOLERANCE
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.data import Data
-from snakebot.diagnosis.ground import FRICTION_TOLERANCE, MASS_TOLERANCE
-from snakebot.diagnosis.score import LAG_TOLERANCE
 from snakebot.diagnosis.simulate import Simulator
 from snakebot.diagnosis.trial import Trial, run_trial
 from snakebot.effects.parameter import Parameter

@@ -49,7 +49,7 @@ def rest_of(context: Context, nominal: Trial, best: Trial) -> Rest:
     share = _share(context, nominal, best)
     predictable = 0.0
     if gap.significant.any():
-        residual = context.residuals(best.readings)
+        residual = best.left
         loads = [context.simulator.load(i) for i in range(len(context.data.runs))]
         known = [load for load in loads if load is not None]
         guess = residual_prediction(

@@ -75,6 +75,7 @@ class Effect:
         confused_with: effects that leave nearly the same mark, and what tells each apart.
         parameters: in the order in which they are written.
         per_joint: whether it may hold for some joints only.
+        covers: of the nominal robot's "delay" and "friction", what it sets itself: a fit of it needs no tolerance there.
     """
 
     name: ClassVar[str]
@@ -85,6 +86,7 @@ class Effect:
     confused_with: ClassVar[tuple[tuple[str, str], ...]] = ()
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     per_joint: ClassVar[bool] = True
+    covers: ClassVar[frozenset[str]] = frozenset()
 
     def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         """Write into the servo's rows (joints, PARAMETERS) of ``physics.servo_layout``, for the 0-based ``joints``."""

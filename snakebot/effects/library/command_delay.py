@@ -34,6 +34,7 @@ class CommandDelay(Effect):
     name = "command_delay"
     example = "command_delay:delay_s=0.0337"
     stage = "link"
+    covers = frozenset({"delay"})
     summary = "Every set-point comes into force a fixed time after it was sent."
     mark = (
         "The joints follow the same curve, shifted in time: the phase lag grows in proportion to "

@@ -51,6 +51,7 @@ class CommandLoss(Effect):
     name = "command_loss"
     example = "command_loss:probability=0.1"
     stage = "link"
+    covers = frozenset({"delay"})
     summary = "Some set-points are lost at random; the one before stays in force."
     mark = (
         "Flat treads in the joints' motion that begin on a tick and end with a catch-up, at "

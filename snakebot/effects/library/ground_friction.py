@@ -17,6 +17,7 @@ class GroundFriction(Effect):
     name = "ground_friction"
     example = "ground_friction:cn_scale=0.5"
     stage = "body"
+    covers = frozenset({"friction"})
     summary = "The friction coefficients of the ground differ from the nominal ones by factors."
     mark = "Joint angles are right, speed and path are not."
     confused_with = (("payload", "from speed alone the two cannot be told apart"),)

@@ -19,6 +19,7 @@ class SecondOrder(Effect):
     name = "second_order"
     example = "second_order:natural_freq_rad_s=12,damping_ratio=0.4"
     stage = "servo"
+    covers = frozenset({"delay"})
     summary = "The servo answers as a second-order system instead of a first-order lag."
     mark = "Overshoot and ringing where damping is below 0.7; phase lag beyond 90 degrees at high frequency."
     confused_with = (

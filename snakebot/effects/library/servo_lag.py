@@ -19,6 +19,7 @@ class ServoLag(Effect):
     name = "servo_lag"
     example = "servo_lag:time_constant_s=0.1"
     stage = "servo"
+    covers = frozenset({"delay"})
     summary = "The servo is a first-order lag with another time constant than the nominal one."
     mark = "Phase lag and loss of amplitude that grow with frequency together: tan(lag) = omega tau."
     confused_with = (

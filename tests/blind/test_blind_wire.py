@@ -113,6 +113,7 @@ def test_a_board_drives_it_over_the_protocol() -> None:
     assert np.abs(np.array(before) - np.array(board.plant.encoder_counts())).max() < 30  # 1.3 deg
 
 
+@pytest.mark.slow
 def test_same_seed_same_case_and_wires_alternate() -> None:
     first, again = draw_case(2, 1), draw_case(2, 1)
     assert first.label == again.label

@@ -164,17 +164,20 @@ def _described(
 
 def _channel_for(looks: Sequence[_Look], rivals: Sequence[Trial], on_bench: bool) -> str | None:
     """What would settle those which no motion of the menu tells apart, even at their fits."""
+    advice: list[str] = []
+    hopeless: set[int] = set()
     for a, b in combinations(range(len(rivals)), 2):
-        most = max((look.lead[a, b] for look in looks), default=0.0)
-        if most < SAME * ALIKE and rivals[a].theta.size != rivals[b].theta.size:
-            rich, plain = sorted((rivals[a], rivals[b]), key=lambda r: -r.theta.size)
-            return (
-                f"{rich.hypothesis.terms[-1].effect}, with the numbers found, moves like "
-                f"{plain.hypothesis.terms[-1].effect} in every motion that was tried: take the simpler one"
-            )
-    pairs = combinations(range(len(rivals)), 2)
-    hopeless = {i for pair in pairs if all(look.lead[pair] < ALIKE for look in looks) for i in pair}
-    return _channel([rivals[i] for i in sorted(hopeless)], on_bench) if hopeless else None
+        if any(look.lead[a, b] >= ALIKE for look in looks):
+            continue
+        plain, rich = sorted((rivals[a], rivals[b]), key=lambda r: r.theta.size)
+        if plain.theta.size < rich.theta.size:
+            names = (trial.hypothesis.terms[-1].effect for trial in (rich, plain))
+            advice.append("{}, with the numbers found, moves like {} in every safe motion".format(*names))
+        else:
+            hopeless |= {a, b}
+    if hopeless:
+        advice.append(_channel([rivals[i] for i in sorted(hopeless)], on_bench))
+    return "; ".join(advice) or None
 
 
 def _channel(rivals: Sequence[Trial], on_bench: bool) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from snakebot.diagnosis.menu import GAITS, LIFTED, LONG, PROBES, menu
 from snakebot.diagnosis.trial import Trial, run_trial
 from snakebot.effects.registry import find_effect
 from snakebot.gait import check_motion, parse_probe
+from snakebot.gait.probe import KINDS
 from snakebot.robot import load_robot
 
 FAST = ((66, 80, 2.0), (50, 80, 2.0))
@@ -165,3 +167,29 @@ def test_a_motion_that_was_run_is_not_proposed_again() -> None:
     rivals = [trial(context, name, ALL) for name in ("command_delay", "second_order")]
     other = propose(context, rivals, 0.9).experiment
     assert other is None or other.command != nxt.command
+
+
+def test_a_richer_model_that_has_shrunk_to_the_simpler_one_is_said_to_be_it() -> None:
+    """A second-order servo with much damping is a lag: there is nothing to run."""
+    found = proposed("servo_lag:time_constant_s=0.06", ("servo_lag", "second_order"), ALL)
+    assert found.experiment is None
+    assert found.channel is not None
+    assert "second_order, with the numbers found, moves like servo_lag" in found.channel
+
+
+DOCUMENTED = [
+    line
+    for line in (Path(__file__).parents[2] / "docs" / "diagnosis.md").read_text(encoding="utf-8").splitlines()
+    if line.startswith("snakebot run --probe")
+]
+
+
+@pytest.mark.parametrize("line", DOCUMENTED)
+def test_a_probe_of_the_documentation_runs(line: str) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([*shlex.split(line)[1:], "--dry-run"])
+    assert ended.value.code == 0
+
+
+def test_the_documentation_shows_every_kind_of_probe() -> None:
+    assert {kind for kind in KINDS if any(f"--probe {kind}:" in line for line in DOCUMENTED)} == set(KINDS)

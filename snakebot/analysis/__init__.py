@@ -6,8 +6,9 @@ Names load on first use, so that a command that needs none of it pays for none o
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from snakebot.lazy import names_from
 
 if TYPE_CHECKING:
     from snakebot.analysis.comparison import Comparison, compare
@@ -44,8 +45,4 @@ __all__ = [
     "paper_tables",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__ = names_from(__name__, _HOME)

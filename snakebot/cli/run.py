@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from snakebot.cli.ports import SIM
+from snakebot.cli.run_options import run_options
 from snakebot.errors import EXIT_INTERRUPTED, BadInputError
 
 if TYPE_CHECKING:
@@ -69,20 +70,7 @@ down/up, b/B beta, w/W omega, o/O offset; q stops, the space bar is the emergenc
 @click.option(
     "--log", "log_path", type=click.Path(path_type=Path), help="The run's log [runs/<time>_<gait>.mcap]."
 )
-@click.option("--frames", is_flag=True, help="Also log every frame of the wire.")
-@click.option(
-    "--fault", "faults", multiple=True, help="Joint fault, e.g. free:3, rigid:4+5, rigid:4@12s, clear@20s."
-)
-@click.option(
-    "--effect", "effects", multiple=True, help="Unmodelled effect on the simulated board: NAME:param=value."
-)
-@click.option("--speed", type=float, help="Forward speed that you measured, m/s; stored with the log.")
-@click.option("--note", help="Anything worth remembering; stored with the log.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the simulated board's randomness.")
-@click.option("--fast", is_flag=True, help="Simulated board only: virtual time, as fast as it computes.")
-@click.option("--dry-run", is_flag=True, help="Show what would be sent, limits checked; open nothing.")
-@click.option("--yes", is_flag=True, help="Do not ask before a real robot moves.")
-@click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object.")
+@run_options
 def command(**options: Any) -> None:
     """Stream a gait to a board, read the encoders back, log everything, stop safely.
 

@@ -283,6 +283,13 @@ class Bench(Exchange):
         self._hear(self.clock.now_s())
         return sent
 
+    def stand_at(self, angles_rad: Sequence[float], seconds: float, why: str) -> Sample:
+        """Stream one posture for a while; the sample that answers the last set-point, which must be executed."""
+        last = self.answered(self.stream(seconds, lambda t: angles_rad)[-1][0])
+        if last is None:
+            raise ViolationError(f"{why} was not executed")
+        return last
+
     def hold_heartbeat(self, seconds: float, host: int) -> None:
         """Let a host's heartbeat come for a while."""
         for number in range(round(seconds / 0.1)):

@@ -119,10 +119,7 @@ def rigid_goes_and_stays(bench: Bench) -> None:
     expect(answer.result is Result.OK, f"rigid was answered {answer}")
     first = bench.executed(here, "the first one with a rigid joint").applied_rad[0]
     expect(abs(first - here[0]) < bench.nudge_rad, "a rigid joint jumped to its angle")
-    sent = bench.stream(0.6, lambda t: here)
-    last = bench.answered(sent[-1][0])
-    expect(last, "the stream with a rigid joint was not executed")
-    assert last is not None
+    last = bench.stand_at(here, 0.6, "the stream with a rigid joint")
     expect(
         abs(last.applied_rad[0] - goal) < 2e-4,
         f"the rigid joint is at {last.applied_rad[0]:.4f} rad, not {goal}",
@@ -138,10 +135,7 @@ def rigid_here_stays(bench: Bench) -> None:
     answer = bench.set_joint_mode(bench.joints, JointMode.RIGID_HERE, 3.2)
     expect(answer.result is Result.OK, f"rigid_here was answered {answer}")
     there = [angle + (0.02 if angle < 0 else -0.02) for angle in here]
-    sent = bench.stream(0.4, lambda t: there)
-    last = bench.answered(sent[-1][0])
-    expect(last, "the stream with a rigid joint was not executed")
-    assert last is not None
+    last = bench.stand_at(there, 0.4, "the stream with a rigid joint")
     off = abs(last.applied_rad[-1] - here[-1])
     expect(off < 3e-4, f"the joint that was to stay went by {off:.4f} rad")
 
@@ -177,10 +171,7 @@ def joint_modes_survive_disarming(bench: Bench) -> None:
     bench.samples.clear()
     here = bench.arm()
     there = [here[0] + (0.02 if here[0] < 0 else -0.02), *here[1:]]
-    sent = bench.stream(0.2, lambda t: there)
-    last = bench.answered(sent[-1][0])
-    expect(last, "the stream was not executed")
-    assert last is not None
+    last = bench.stand_at(there, 0.2, "the stream")
     expect(
         abs(last.applied_rad[0] - here[0]) < 1e-3,
         "a rigid joint moved after the board was disarmed and armed again",
@@ -233,10 +224,7 @@ def trims_the_servo(bench: Bench) -> None:
     try:
         expect(answer.result is Result.OK, f"TrimRequest was answered {answer}")
         here = bench.arm()
-        sent = bench.stream(0.5, lambda t: here)
-        sample = bench.answered(sent[-1][0])
-        expect(sample, "the stream was not executed")
-        assert sample is not None
+        sample = bench.stand_at(here, 0.5, "the stream")
         expect(abs(sample.applied_rad[0] - here[0]) < 2e-4, "a trim moved the register")
         counts = sample.measured_counts[0]
         assert counts is not None

@@ -37,10 +37,7 @@ def forgets_at_a_reset(bench: Bench) -> None:
     bench.samples.clear()
     here = bench.arm()
     there = [here[0] + (0.01 if here[0] < 0 else -0.01), *here[1:]]
-    sent = bench.stream(0.3, lambda t: there)
-    last = bench.answered(sent[-1][0])
-    expect(last, "the stream after a reset was not executed")
-    assert last is not None
+    last = bench.stand_at(there, 0.3, "the stream after a reset")
     expect(abs(last.applied_rad[0] - there[0]) < 2e-4, "a joint was still rigid after a reset")
 
 

@@ -6,8 +6,9 @@ are whole runs for a fit. Names load on first use.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from snakebot.lazy import names_from
 
 if TYPE_CHECKING:
     from snakebot.effects.effect import Effect, LinkFilter, SensorFilter, Stage, Track
@@ -67,8 +68,4 @@ __all__ = [
     "with_unit_arm",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__ = names_from(__name__, _HOME)

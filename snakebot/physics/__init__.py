@@ -5,8 +5,9 @@ Names load on first use, so that importing this package costs no compiler.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from snakebot.lazy import names_from
 
 if TYPE_CHECKING:
     from snakebot.physics.chain import FREE, PRESCRIBED, TORQUE, Chain, Drive
@@ -46,8 +47,4 @@ __all__ = [
     "simulate_gaits",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__ = names_from(__name__, _HOME)

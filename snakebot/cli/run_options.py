@@ -31,7 +31,9 @@ _OPTIONS = (
         "--seed", type=int, default=0, show_default=True, help="Of the simulated board's randomness."
     ),
     click.option("--fast", is_flag=True, help="Simulated board only: virtual time, as fast as it computes."),
-    click.option("--dry-run", is_flag=True, help="Check the limits and say what would be done; open nothing."),
+    click.option(
+        "--dry-run", is_flag=True, help="Check the limits and say what would be done; open nothing."
+    ),
     click.option("--yes", is_flag=True, help="Do not ask before a real robot moves."),
     click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object."),
 )

@@ -110,7 +110,7 @@ class BusLink(WireLink):
 
 
 class Bench:
-    """Board, wire, host and recorder in virtual time."""
+    """Board, wire, host and recorder in virtual time; ``on`` another bench it is a new host on the same board."""
 
     def __init__(
         self,
@@ -125,12 +125,16 @@ class Bench:
         ramp_s: float = 1.0,
         recorder: Any = None,
         board: dict[str, Any] | None = None,
+        on: Bench | None = None,
         **options: Any,
     ) -> None:
-        self.clock = VirtualClock()
         self.robot = robot
-        self.joints = LagJoints(robot.joints, counts_per_rev=robot.encoder_counts_per_rev)
-        self.sim = SimBoard(robot, plant=self.joints, boot_seed=seed, **(board or {}))
+        if on is None:
+            self.clock = VirtualClock()
+            self.joints = LagJoints(robot.joints, counts_per_rev=robot.encoder_counts_per_rev)
+            self.sim = SimBoard(robot, plant=self.joints, boot_seed=seed, **(board or {}))
+        else:
+            self.clock, self.joints, self.sim = on.clock, on.joints, on.sim
         rates = rates or Rates()
         ends = (BadBus if can else BadStream) if rates != Rates() or can else None
         self.disturbances = (

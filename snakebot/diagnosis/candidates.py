@@ -23,7 +23,8 @@ Floats = NDArray[np.float64]
 HELPS_SE = 2.5  # an effect helps on a joint when its gain there is this many standard errors
 HELPS_SCORE = 0.03  # ... and at least this much (0.05: a tenth of the mean square)
 HELPS_SHARE = 0.2  # ... and at least this share of what it does for the joint it helps most
-MOST_ALONE = 3  # joints tried one by one where each trial is dear
+MOST_ALONE = 3  # joints tried one by one where each trial is dear ...
+MOST_OF_IT = 0.4  # ... or else those with this share of the gap
 SPREAD_STARTS = (1.0, 0.4, 2.5)  # factors on a start, for positive parameters
 
 # Effects that leave no mark on the mean of the readings; found by other means.
@@ -148,13 +149,15 @@ def _dear(context: Context, base: Trial, effect: Effect, taken: set[int]) -> lis
     """An effect that couples all joints, so that they cannot be tried at once: on those with a gap, together
     and alone.
     """
-    joints = [int(j) for j in np.flatnonzero(gap_of(context, base).significant) if j + 1 not in taken]
+    gap = gap_of(context, base)
+    joints = [int(j) for j in np.flatnonzero(gap.significant) if j + 1 not in taken]
     if not joints:
         return []
     subsets = [tuple(joints)]
     if context.data.joints > len(joints) >= max(2, context.data.joints // 2):
         subsets.append(tuple(range(context.data.joints)))
-    subsets += [(j,) for j in joints] if 1 < len(joints) <= MOST_ALONE else []
+    alone = joints if len(joints) <= MOST_ALONE else [j for j in joints if gap.joint_shares[j] > MOST_OF_IT]
+    subsets += [(j,) for j in alone] if len(joints) > 1 else []
     fixed = fixed_by(context.known, effect.name)
     out = []
     for subset in subsets:

@@ -18,6 +18,7 @@ from snakebot.diagnosis.trial import Trial
 Floats = NDArray[np.float64]
 
 MEMORY_S = 0.35  # beyond this a lost set-point is forgotten
+UNSTEADY = 2.0  # repeats that differ by this many times the readings' own noise differ by chance
 LEAST_SHARE = 0.5  # of the residual that the common delay must explain beyond chance
 MOST_MEMORY = 0.25  # correlation that may be left after MEMORY_S
 
@@ -33,6 +34,12 @@ class RandomDelay:
     @property
     def evident(self) -> bool:
         return self.share > LEAST_SHARE and abs(self.memory) < MOST_MEMORY
+
+
+def unsteady(context: Context) -> bool:
+    """Whether repeats of a motion differ by more than the noise of their readings."""
+    floor = context.floor
+    return floor.known and bool(np.nanmax(floor.repeat_rad / floor.white_rad) > UNSTEADY)
 
 
 def random_delay(context: Context, trial: Trial) -> RandomDelay:

@@ -19,7 +19,7 @@ from snakebot.diagnosis.data import Data
 from snakebot.diagnosis.floor import Floor, noise_floor
 from snakebot.diagnosis.folds import Fold, folds
 from snakebot.diagnosis.hypothesis import Hypothesis
-from snakebot.diagnosis.score import SHAPE_TOLERANCE, Scale
+from snakebot.diagnosis.score import SAG_TOLERANCE_RAD_NM, SHAPE_TOLERANCE, Scale
 from snakebot.diagnosis.simulate import Simulator
 from snakebot.diagnosis.smoothing import smoothed
 from snakebot.effects.observed import Observed
@@ -46,7 +46,9 @@ class Context:
     scale: Scale  # of the angles
     ground: ground_motion.Ground | None
     ground_allowed_square: Floats  # (G,)
-    ground_marks: Floats  # (G, 4) of the tolerances of friction along, across, mass, and ripple between samples
+    ground_marks: (
+        Floats  # (G, 5) of the tolerances of friction along, across, mass, ripple, and the readings' noise
+    )
     folds: tuple[Fold, ...]
     observed: Observed
     nominal: list[Floats]  # predicted readings, (N, k) a run
@@ -79,6 +81,12 @@ class Context:
     @property
     def allowed_square(self) -> Floats:
         return np.concatenate([self.scale.square, self.ground_allowed_square])
+
+    @property
+    def block_samples(self) -> Floats:
+        """(B,) samples of every block; a feature of the ground counts as one."""
+        ground = 0 if self.ground is None else self.ground.count
+        return np.concatenate([self.angle_blocks.samples, np.ones(ground)])
 
     @property
     def selects(self) -> Bools:
@@ -168,15 +176,15 @@ class Context:
     ) -> Floats:
         """(G,) measured less predicted features, nan for runs not asked for.
 
-        Friction and mass may be off by their tolerances, and servos may ripple between samples, as the ``fitted`` runs
-        say; not what an effect sets itself.
+        Friction and mass may be off by their tolerances, servos may ripple between samples, and the readings' noise may
+        not be in the motion, as the ``fitted`` runs say; not what an effect sets itself.
         """
         assert self.ground is not None
         specs = tuple(specs)
         left = np.asarray(self.ground.value - self.ground_features(specs, runs))
-        free = [2, 3] if any("friction" in s.effect.covers for s in specs) else [0, 1, 2, 3]
+        free = [2, 3, 4] if any("friction" in s.effect.covers for s in specs) else [0, 1, 2, 3, 4]
         marks = self.ground_marks[:, free]
-        least = np.array([-1.0, -1.0, -1.0, 0.0])[free]
+        least = np.array([-1.0, -1.0, -1.0, 0.0, 0.0])[free]
         known = np.where(np.isin(self.ground.run, list(fitted)), left, np.nan)
         return np.asarray(left - marks @ bounded_share(known, marks, least, self.ground_allowed_square))
 
@@ -193,9 +201,7 @@ class Context:
                 stages.true_angle(run.t_s, measured)
                 for run, measured in zip(self.data.runs, self.simulator.smooth, strict=True)
             ]
-            found = (
-                ground_motion.predicted(self.ground, self.data, angles, stages.model, runs)
-            )
+            found = ground_motion.predicted(self.ground, self.data, angles, stages.model, runs)
             with self._lock:
                 self._ground_cache[key] = found
         return found
@@ -210,18 +216,25 @@ def make_context(data: Data, known: Mapping[str, float], seed: int) -> Context:
     other = _with_lag(data, simulator, 1 + SHAPE_TOLERANCE)
     moved = [a - b for a, b in zip(nominal, other, strict=True)]
     tolerance = blocks.mean_square(moved)
+    loads = [simulator.load(i) for i in range(len(data.runs))]
+    tolerance += blocks.mean_square(
+        [
+            np.zeros_like(a) if load is None else SAG_TOLERANCE_RAD_NM * load
+            for a, load in zip(nominal, loads, strict=True)
+        ]
+    )
     floor_square = np.square(floor.rad)[blocks.joint]
     measured = ground_motion.measured_ground(data)
-    allowed, marks = np.zeros(0), np.zeros((0, 4))
+    allowed, marks = np.zeros(0), np.zeros((0, 5))
     if measured is not None:
         stages = simulator.stages(())
         assert stages.model is not None
         noisier = _noisier(data, simulator, floor)
-        doubt = ground_motion.doubt_square(measured, data, simulator.smooth, noisier, stages.model)
+        doubt, shaken = ground_motion.doubt(measured, data, simulator.smooth, noisier, stages.model)
         allowed = measured.floor_square + doubt
         marks = ground_motion.tolerance_marks(measured, data, simulator.smooth, stages.model)
         ripple = _between_samples(data, simulator, measured, nominal, stages.model)
-        marks = np.column_stack([marks, ripple])
+        marks = np.column_stack([marks, ripple, -shaken])
     return Context(
         data=data,
         simulator=simulator,

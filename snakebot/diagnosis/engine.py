@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from snakebot.diagnosis.chance import random_delay
+from snakebot.diagnosis.chance import random_delay, unsteady
 from snakebot.diagnosis.closure import angle_closure, forward_speeds, scored_runs, speed_closure
 from snakebot.diagnosis.context import Context, make_context
 from snakebot.diagnosis.data import link_is_clean, prepare
@@ -29,6 +29,7 @@ from snakebot.diagnosis.result import (
     Details,
     Diagnosis,
     Estimate,
+    FitEntry,
     RankingEntry,
     Regime,
     StageShares,
@@ -136,13 +137,22 @@ def _by_chance(context: Context, found: Found, only: Sequence[str], exclude: Seq
         or not set(found.best.hypothesis.names) <= LOOKS_LIKE_DELAY
     ):
         return found
-    if not gap_of(context, found.nominal).any or not random_delay(context, found.best).evident:
+    if not gap_of(context, found.nominal).significant.any() and not unsteady(context):
+        return found
+    if not random_delay(context, found.best).evident:
         return found
     loss = next((t for t in found.singles if t.hypothesis.names == (name,)), None)
     if loss is None:
         loss = run_trial(context, Hypothesis((Term(name, None),)), [np.array([p]) for p in (0.1, 0.3, 0.6)])
     rivals = tuple(t for t in found.singles if t.hypothesis.names != (name,))
-    return Found(found.nominal, loss, (loss, *rivals), (rivals,), (found.nominal, loss))
+    return replace(
+        found,
+        best=loss,
+        singles=(loss, *rivals),
+        rivals=(rivals,),
+        path=(found.nominal, loss),
+        by_chance=True,
+    )
 
 
 def _conclude(
@@ -158,10 +168,11 @@ def _conclude(
     gap = gap_of(context, nominal)
     noise = noisy_encoders(context) if _may_be("encoder_noise", only, exclude) else None
     rest = rest_of(context, nominal, best)
-    if not gap.any:
+    if not gap.any and not found.by_chance:
         best = nominal
         rest = rest_of(context, nominal, nominal)
-    verdict = decide(gap, best, rest, noise is not None)
+    by_chance = found.by_chance and not gap.significant.any()
+    verdict = "explained" if by_chance else decide(gap, best, rest, noise is not None)
     progress("parameters and their uncertainty", 0.82)
     errors = standard_errors(context, best, tolerances=not quick)
     causes, open_rivals, ranking = _causes(context, found, best, rest, errors)
@@ -217,6 +228,7 @@ def _conclude(
             traces=traces(context, nominal, best),
             known=dict(context.known),
             seed=context.seed,
+            fits=_fits(context, found),
         ),
     )
 
@@ -435,6 +447,21 @@ def _ranking(
         for h, p in zip(others, small, strict=True):
             entries[h] = entries[h].model_copy(update={"probability": round(p, 3)})
     return tuple(sorted(entries.values(), key=lambda e: -e.held_out_score))[:RANKED]
+
+
+def _fits(context: Context, found: Found) -> tuple[FitEntry, ...]:
+    use = context.selects
+    samples = context.block_samples[use]
+    return tuple(
+        FitEntry(
+            effects=fit.hypothesis.names,
+            joints=fit.hypothesis.joints(context.data.joints),
+            parameters=fit.theta.size,
+            cost=round(float(-(context.score(fit.fitted_square)[use] * samples).sum()), 3),
+            samples=int(samples.sum()),
+        )
+        for fit in found.fits
+    )
 
 
 def _joint_rms(context: Context, trial: Trial) -> tuple[float, ...]:

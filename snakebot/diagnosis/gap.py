@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 
 GAP_SE = 3.0
 GAP_SIZE = 1.3  # mean square over the allowed one, above which a gap is one: the floor is an estimate itself
+FEW_WINDOWS = 8  # over ground, below which their scatter says nothing
 LEAST_SHARE = 0.05  # of the gap, for a joint to be named
 
 
@@ -77,9 +78,10 @@ def ground_beyond(context: Context, trial: Trial) -> bool:
     use = context.selects[first:]
     for kind in (ground_motion.FORWARD, ground_motion.LATERAL, ground_motion.TURN):
         rows = (ground.kind == kind) & use
-        if rows.sum() >= 2 and np.mean(held[rows] / allowed[rows]) > 2.0 * GAP_SIZE:
+        few = rows.sum() < FEW_WINDOWS
+        if few and rows.sum() >= 2 and np.mean(held[rows] / allowed[rows]) > 2.0 * GAP_SIZE:
             return True
-        if rows.sum() >= 8 and _beyond(held[rows], allowed[rows], ground.run[rows]):
+        if not few and _beyond(held[rows], allowed[rows], ground.run[rows]):
             return True
     return False
 

@@ -217,21 +217,22 @@ def whole_angles(data: Data) -> list[Floats]:
     return out
 
 
-def doubt_square(
+def doubt(
     ground: Ground, data: Data, angle_rad: Sequence[Floats], noisier_rad: Sequence[Floats], model: ChainModel
-) -> Floats:
-    """(F,) squared change of the features by what is not known of the measurement.
+) -> tuple[Floats, Floats]:
+    """(F,) squared change of the features by what is not known of the measurement, and (F,) what noise does to them.
 
     The readings have noise (``noisier_rad`` are the angles with as much of it again, which shakes the simulated body
     as much again); and of a lone speed nobody says over which span it was taken.
     """
     base = predicted(ground, data, angle_rad, model)
-    total = np.square(predicted(ground, data, noisier_rad, model) - base)
+    shaken = np.nan_to_num(predicted(ground, data, noisier_rad, model) - base)
+    total = np.square(shaken)
     for spans in (0.25, 0.4):
         other = replace(ground, windows=tuple(_other_span(data, window, spans) for window in ground.windows))
         if other.windows != ground.windows:
             total += 0.5 * np.square(predicted(other, data, angle_rad, model) - base)
-    return np.nan_to_num(total)
+    return np.nan_to_num(total), shaken
 
 
 def tolerance_marks(ground: Ground, data: Data, angle_rad: Sequence[Floats], model: ChainModel) -> Floats:

@@ -116,7 +116,7 @@ def menu(robot: Robot, joints: Sequence[int], *, loads: bool) -> list[Option]:
         for alpha, beta, omega, offset in gaits:
             wave = Gait(radians(alpha), radians(beta), omega, radians(offset))
             _add(options, robot, wave, None, duration_s=duration_s)
-    groups: list[tuple[int, ...] | None] = [None if len(joints) == robot.joints else tuple(joints)]
+    groups: list[tuple[int, ...] | None] = [None if len(joints) in (0, robot.joints) else tuple(joints)]
     if len(joints) > 1:
         groups.append((joints[len(joints) // 2],))
     for lifted, texts in ((False, PROBES), (True, LIFTED if loads and robot.body is not None else ())):

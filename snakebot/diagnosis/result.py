@@ -182,6 +182,16 @@ class Trace(_Part):
     after_rad: tuple[float | None, ...]
 
 
+class FitEntry(_Part):
+    """One effect alone as fitted to all free runs: for those who would choose by other rules."""
+
+    effects: tuple[str, ...]
+    joints: tuple[int, ...]
+    parameters: int
+    cost: float  # sum over blocks of samples x 1/2 log(1 + mean square / allowed)
+    samples: int
+
+
 class Details(_Part):
     """Beyond the contract: what the report draws."""
 
@@ -193,6 +203,7 @@ class Details(_Part):
     known: dict[str, float] = {}
     seed: int = 0
     timing_s: dict[str, float] = {}
+    fits: tuple[FitEntry, ...] = ()
 
 
 class Diagnosis(_Part):

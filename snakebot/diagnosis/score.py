@@ -5,8 +5,8 @@ logarithm keeps one violent run from outvoting the calm ones, where dead band an
 it is the usual sum of squares.
 
 The allowed spread is the noise floor and the *tolerance*: no servo is quite the first-order lag that the nominal model
-takes it for, so a small share of that lag's own mark is no gap. What the nominal numbers themselves may be off by is
-dealt with in ``allowance``.
+takes it for, nor quite stiff, so a small share of that lag's own mark and a little sag under load are no gap. What the
+nominal numbers themselves may be off by is dealt with in ``allowance``.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from snakebot.diagnosis.blocks import BlockMap
 Floats = NDArray[np.float64]
 
 SHAPE_TOLERANCE = 0.02  # share of the mark of the nominal lag that a sound servo may differ in
+SAG_TOLERANCE_RAD_NM = 1e-3  # to which a sound servo holds its angle under load
 
 
 @dataclass(frozen=True, eq=False)

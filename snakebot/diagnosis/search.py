@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +26,12 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 MOST_EFFECTS = 3
-NO_LOSS = 1e-3
+NO_TORQUE = 0.05  # of the usual load, below which a torque limit holds nothing
+NO_LOSS = 0.01  # held-out score that a simpler explanation may lose and still go first
 CLEAR_SE = 2.0
+WORTH = (
+    0.005  # share of the whole gap that an effect beside the first must close, and at which a rest is let be
+)
 MATTERS = 0.05  # held-out score on the blocks an effect touches: a tenth of their mean square
 CLOSE_RACE = 0.25  # rivals within this share of the winner's gain are cross-validated ...
 FEWEST_TRIALS, MOST_TRIALS = 3, 8  # ... within these bounds
@@ -46,6 +50,8 @@ class Found:
         singles: trials of single effects, best first: the ranking.
         rivals: per term of ``best``, trials in which another effect takes its place, best first.
         path: (hypothesis) trials in the order in which effects were added.
+        fits: every single effect as fitted to all free runs, held out or not.
+        by_chance: the cause shows in the scatter, whether or not the mean is off.
     """
 
     nominal: Trial
@@ -53,6 +59,8 @@ class Found:
     singles: tuple[Trial, ...]
     rivals: tuple[tuple[Trial, ...], ...]
     path: tuple[Trial, ...]
+    fits: tuple[Trial, ...] = ()
+    by_chance: bool = False
 
 
 def search(
@@ -69,30 +77,30 @@ def search(
     gap = gap_of(context, nominal)
     ill = [j for j in range(context.data.joints) if gap.significant[j]] + [-1] * gap.ground_significant
     context.settle(~np.isin(context.block_joint, ill), nominal.held_square)
-    singles = _explore(context, nominal, library, lambda text, share: progress(text, 0.4 * share))
+    singles, fits = _explore(context, nominal, library, lambda text, share: progress(text, 0.4 * share))
     path = [nominal]
     best = nominal
     round_ = singles
     limit = 2 if quick else MOST_EFFECTS
     while round_ and len(best.hypothesis.names) < limit:
         winner = round_[0]
-        if not accepted(context, winner, best):
+        if not accepted(context, winner, best) or not _worth(context, winner, best, nominal):
             break
         best = winner
         path.append(best)
         if len(best.hypothesis.terms) >= 2:
             best = _swap(context, best, singles)
             path[-1] = best
-        if len(best.hypothesis.names) >= limit or closed_enough(context, best):
+        if len(best.hypothesis.names) >= limit or closed_enough(context, best, nominal):
             break
         count = len(best.hypothesis.terms)
-        round_ = _explore(context, best, library, _part(progress, str(best.hypothesis), count))
-    best = prune(context, best)
+        round_, _ = _explore(context, best, library, _part(progress, str(best.hypothesis), count))
+    best = _plain(context, prune(context, best), singles)
     rivals = []
     for index in range(len(best.hypothesis.terms)):
         progress(f"rivals of {best.hypothesis.terms[index].effect}", 0.8 + 0.1 * index)
         rivals.append(_rivals(context, best, index, nominal, singles, library))
-    return Found(nominal, best, tuple(singles), tuple(rivals), tuple(path))
+    return Found(nominal, best, tuple(singles), tuple(rivals), tuple(path), (nominal, *fits))
 
 
 def _part(progress: Progress, name: str, done: int) -> Progress:
@@ -123,18 +131,46 @@ def accepted(context: Context, trial: Trial, base: Trial) -> bool:
     return gain.z > CLEAR_SE and gain.mean > MATTERS
 
 
-def closed_enough(context: Context, trial: Trial) -> bool:
-    """Whether nothing is left above what noise and tolerance allow, on any joint or over ground."""
-    return not gap_of(context, trial).any
+def _worth(context: Context, trial: Trial, base: Trial, nominal: Trial) -> bool:
+    """Whether what was added closes enough of the whole gap, of the angles or over ground, to be named."""
+    if not base.hypothesis.terms:
+        return True
+    side = np.asarray(
+        context.block_joint < 0 if trial.hypothesis.terms[-1].stage == "body" else context.block_joint >= 0
+    )
+    fell = _excess(context, base, side) - _excess(context, trial, side)
+    return fell > WORTH * _excess(context, nominal, side)
 
 
-def _explore(context: Context, base: Trial, library: Sequence[Effect], progress: Progress) -> list[Trial]:
-    """Trials of each effect on top of ``base``, best first by held-out score."""
+def closed_enough(context: Context, trial: Trial, nominal: Trial) -> bool:
+    """Whether nothing worth a further effect is left above what noise and tolerance allow."""
+    gap = gap_of(context, trial)
+    angle, ground = (np.asarray(context.block_joint >= 0), np.asarray(context.block_joint < 0))
+    return not any(
+        there and _excess(context, trial, side) > WORTH * _excess(context, nominal, side)
+        for there, side in ((gap.significant.any(), angle), (gap.ground_significant, ground))
+    )
+
+
+def _excess(context: Context, trial: Trial, side: Bools) -> float:
+    """Mean square above the allowed one: of the angles in rad^2, of the ground against what each feature is allowed."""
+    rows = side & context.selects
+    allowed = context.allowed_square[rows]
+    over = np.maximum(trial.held_square[rows] - allowed, 0.0)
+    if not rows.any():
+        return 0.0
+    return float(np.mean(over / allowed if context.block_joint[rows][0] < 0 else over))
+
+
+def _explore(
+    context: Context, base: Trial, library: Sequence[Effect], progress: Progress
+) -> tuple[list[Trial], list[Trial]]:
+    """Trials of each effect on top of ``base``, best first by held-out score, and all fits, held out or not."""
     made: list[Candidate] = []
     gap = gap_of(context, base)
     wanted = [e for e in library if (gap.ground_significant if e.stage == "body" else gap.significant.any())]
     if not wanted:
-        return []
+        return [], []
     with ThreadPoolExecutor(THREADS) as pool:
         for number, found in enumerate(pool.map(lambda e: candidates(context, base, e), wanted)):
             made += found
@@ -150,18 +186,42 @@ def _explore(context: Context, base: Trial, library: Sequence[Effect], progress:
         ]
         order = np.argsort(reached, kind="stable")[::-1]
         if order.size == 0:
-            return []
+            return [], []
         near = [i for i in order if reached[i] >= (1 - CLOSE_RACE) * reached[order[0]]]
         kept = list(dict.fromkeys([*order[:FEWEST_TRIALS], *near]))[:MOST_TRIALS]
         kept = [i for i in kept if reached[i] > 0]
         progress("holding out gaits", 0.8)
         trials = list(pool.map(lambda i: run_trial(context, fits[i].hypothesis, [fits[i].theta]), kept))
     progress("", 1.0)
-    return _ranked(context, trials)
+    return _ranked(context, trials), fits
+
+
+def _plain(context: Context, best: Trial, singles: Sequence[Trial]) -> Trial:
+    """The same said more plainly: of all joints where that does as well, and a servo without torque as a free joint."""
+    for index, term in enumerate(best.hypothesis.terms):
+        if term.joints is None or len(term.joints) < 2 or not term.open:
+            continue
+        terms = list(best.hypothesis.terms)
+        terms[index] = replace(term, joints=None)
+        wider = run_trial(context, Hypothesis(tuple(terms)), [best.theta])
+        lost = context.gain(best.held_square, wider.held_square)
+        if lost.mean < max(lost.se, NO_LOSS):
+            best = wider
+    if best.hypothesis.names == ("torque_limit",):
+        free = next((t for t in singles if t.hypothesis.names == ("joint_free",)), None)
+        loads = [load for load in map(context.simulator.load, context.free_runs) if load is not None]
+        typical = float(np.sqrt(np.mean([np.mean(np.square(load)) for load in loads]))) if loads else 0.0
+        if (
+            free is not None
+            and free.hypothesis.terms[0].joints == best.hypothesis.terms[0].joints
+            and best.theta[0] < NO_TORQUE * typical
+        ):
+            return free
+    return best
 
 
 def _ranked(context: Context, trials: Sequence[Trial]) -> list[Trial]:
-    """Best first by held-out score; but one that says less, and loses no more than a standard error by it, goes first.
+    """Best first by held-out score; but one that says less, at a loss within a standard error, goes first.
 
     Of exact ties the effect that comes first in the signal stands first.
     """
@@ -243,7 +303,12 @@ def _rivals(
     """Trials with another effect in the place of term ``index``, best first."""
     term = best.hypothesis.terms[index]
     if len(best.hypothesis.terms) == 1:
-        return tuple(t for t in singles if t.hypothesis.names != best.hypothesis.names)
+        return tuple(
+            t
+            for t in singles
+            if t.hypothesis.names != best.hypothesis.names
+            and (t.hypothesis.terms[0].stage == "body") == (term.stage == "body")
+        )
     rest = best.hypothesis.without(index)
     kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index])
     square_theta = run_trial(context, rest, [kept], cross=False)

@@ -155,7 +155,7 @@ def _scored(
             held_readings[index], held_left[index] = mixed[index], shifted[index]
         ground = np.zeros(0)
         if context.ground is not None:
-            ground = np.square(context.ground_left(hypothesis.specs(own), fold.fit))
+            ground = np.square(context.ground_left(hypothesis.specs(own), context.free_runs))
         square = context.credited(np.concatenate([blocks.mean_square(shifted), ground]))
         mine = np.isin(context.block_run, fold.score)
         held[mine] = square[mine]

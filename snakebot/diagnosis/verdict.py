@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 MUCH_LEFT = 0.2  # share of the gap that no explanation may leave over
 SOME_LEFT = 0.08  # ... nor this much, if a model that names nothing predicts it
-PREDICTABLE = 0.4  # share of the rest that such a model must predict on held-out gaits
+PREDICTABLE = 0.4  # share of the rest that such a model must predict on held-out gaits (or it is over ground)
 FAR_ABOVE = 20.0  # ... or if it stands this far above what is allowed, in mean squares
 
 
@@ -112,7 +112,8 @@ def decide(
     if not rest.significant:
         return "explained"
     if rest.share > MUCH_LEFT or (
-        rest.share > SOME_LEFT and (rest.predictable > PREDICTABLE or rest.ratio > FAR_ABOVE)
+        rest.share > SOME_LEFT
+        and (rest.predictable > PREDICTABLE or rest.ratio > FAR_ABOVE or rest.gap.ground_significant)
     ):
         return "unexplained"
     return "explained"

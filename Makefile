@@ -31,7 +31,7 @@ slow: $(VENV)/.tested  ## what the default suite leaves out
 
 SEED ?= 2
 CASES ?= 340
-TRAIN ?= 200
+TRAIN ?= 150
 BLIND := build/blind-$(SEED)-$(CASES)
 LEARN := build/blind-tune-$(SEED)-$(TRAIN) build/blind-calibrate-$(SEED)-$(TRAIN)
 blind: $(VENV)/.tested  ## the diagnosis on sealed cases of another robot; goes on where it was stopped

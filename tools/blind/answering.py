@@ -40,6 +40,8 @@ sys.addaudithook(watch)
 
 SERVE = """
 import contextlib, io, json, traceback
+if hasattr(os, "sched_setscheduler"):  # whoever asks from a realtime thread must not starve the board beside it
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 replies = os.fdopen(os.dup(1), "w")
 os.dup2(2, 1)
 from snakebot.cli.main import main

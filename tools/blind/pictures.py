@@ -52,18 +52,33 @@ def draw(pairs: Sequence[Pair], folder: Path) -> list[Path]:
     plt.ylabel("share that was right (bars: 95 %)")
     save("reliability.png")
 
-    plt.figure(figsize=(5.5, 4))
     classes = ("low", "middle", "high")
-    overall = [[row[c] for row in power(pairs).values() if c in row] for c in classes]
+    by_effect = power(pairs)
+    overall = [[row[c] for row in by_effect.values() if c in row] for c in classes]
+    _, (all_of_them, each) = plt.subplots(
+        1, 2, figsize=(11, 0.24 * len(by_effect) + 2), width_ratios=(1, 1.2), constrained_layout=True
+    )
     for i, cells in enumerate(overall):
         hits, cases = sum(h for h, _ in cells), sum(n for _, n in cells)
         if cases:
             low, high = wilson(hits, cases)
-            plt.plot([i, i], [low, high], color="C0")
-            plt.plot(i, hits / cases, "o", color="C0")
-            plt.annotate(f" n = {cases}", (i, hits / cases))
-    plt.xticks(range(3), [f"{c} size" for c in classes])
-    plt.ylim(-0.03, 1.03)
-    plt.ylabel("single effects named (bars: 95 %)")
+            all_of_them.plot([i, i], [low, high], color="C0")
+            all_of_them.plot(i, hits / cases, "o", color="C0")
+            all_of_them.annotate(f" n = {cases}", (i, hits / cases))
+    all_of_them.set_xticks(range(3), [f"{c} size" for c in classes])
+    all_of_them.set_ylim(-0.03, 1.03)
+    all_of_them.set_ylabel("single effects named (bars: 95 %)")
+    names = sorted(by_effect)
+    shares = np.full((len(names), 3), np.nan)
+    for i, name in enumerate(names):
+        for j, c in enumerate(classes):
+            if c in by_effect[name]:
+                hits, cases = by_effect[name][c]
+                shares[i, j] = hits / cases
+                each.text(j, i, f"{hits}/{cases}", ha="center", va="center", fontsize=8)
+    if names:
+        each.imshow(shares, cmap="RdYlGn", vmin=0, vmax=1, aspect="auto", alpha=0.6)
+    each.set_xticks(range(3), classes)
+    each.set_yticks(range(len(names)), names)
     save("power.png")
     return made

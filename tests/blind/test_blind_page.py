@@ -13,6 +13,9 @@ def test_commands_of_the_page_exist(root: Path) -> None:
         "make",
         "tools/blind/make",
         "tools/blind/answer",
+        "tools/blind/experiment",
+        "tools/blind/baseline",
+        "tools/blind/fit_all",
         "tools/blind/score",
     }
     helps: dict[str, str] = {}
@@ -34,12 +37,18 @@ def test_commands_of_the_page_exist(root: Path) -> None:
 
 def test_sizes_and_shares_are_those_of_the_code(root: Path) -> None:
     from blind.cases import DURATION_S, GAITS, RATE_HZ, SETS, STRATA
+    from blind.robot import MOST_OFF
     from blind.scores import PLAIN
 
     text = (root / "docs" / "blind-check.md").read_text(encoding="utf-8")
-    assert (GAITS, DURATION_S, RATE_HZ) == (5, 10.0, 50.0)
-    assert "five gaits of 10 s at 50 Hz" in text
+    assert (GAITS, DURATION_S, RATE_HZ) == (5, 10.0, 100.0)
+    assert "five gaits of 10 s at 100 Hz" in text
     assert SETS["score"][1] == (1.5, 3.0, 10.0)
     assert "1.5, 3 or 10" in text
     assert STRATA == {"no_gap": 0.3, "unknown": 0.1, "pair": 0.1, "left_out": 0.1}
     assert f"{PLAIN} floors" in text
+    for key, most in MOST_OFF.items():
+        assert {"mass": "mass by up to 3 %", "friction": "coefficient by up to 5 %", "lag": "by up to 5 %"}[
+            key
+        ] in text
+        assert most == {"mass": 0.03, "friction": 0.05, "lag": 0.05}[key]

@@ -68,6 +68,7 @@ def propose(context: Context, rivals: Sequence[Trial], probability: float) -> Pr
         return Proposal(None, None)
     acted = {j + 1 for r in rivals for j in acted_joints(r.hypothesis, context.data.joints)}
     loads = any(context.simulator.stages(r.specs).feels_load for r in rivals)
+    loads &= all(hasattr(run, "lifted") for run in context.data.runs)  # else such a run would be misread
     options = menu(context.data.robot, sorted(acted), loads=loads)
     over_ground = any(acts_over_ground(r.hypothesis) for r in rivals)
     looks = [_first_look(Stage(context, option, over_ground=over_ground), rivals) for option in options]

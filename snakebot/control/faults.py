@@ -15,8 +15,8 @@ from snakebot.errors import BadInputError
 
 _GRAMMAR = re.compile(
     r"(?P<kind>free|rigid|clear)"
-    r"(?::(?P<joints>\d+(?:\+\d+)*)(?:=(?P<angle>[-+]?\d+(?:\.\d*)?))?)?"
-    r"(?:@(?P<at>\d+(?:\.\d*)?)s?)?"
+    r"(?::(?P<joints>\d{1,9}(?:\+\d{1,9})*)(?:=(?P<angle>[-+]?\d+(?:\.\d*)?))?)?"
+    r"(?:@(?P<at>\d{1,9}(?:\.\d*)?)s?)?"
 )
 _EXAMPLES = "free:3, rigid:4+5, rigid:2=30 (degrees), rigid:4@12s, clear@20s"
 

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,9 @@ _NEVER = {
 
 _allowed: str | None = None  # the one folder that may be written to, while somebody watches
 _seen: list[str] = []
+
+
+_real = cache(os.path.realpath)
 
 
 def _outside(path: Any) -> bool:
@@ -52,7 +56,7 @@ def watch(folder: Path) -> list[str]:
         _installed.append(True)
     sys.dont_write_bytecode = True
     _seen.clear()
-    _allowed = os.path.realpath(folder)
+    _allowed = _real(folder)
     return _seen
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 import pty
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,6 +25,12 @@ pytestmark = pytest.mark.slow
 
 SNAKEBOT = [sys.executable, "-m", "snakebot.cli.main"]
 GAIT = ["--alpha", "40", "--beta", "60", "--omega", "2", "--duration", "60"]
+
+
+@pytest.fixture(autouse=True)
+def runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A runtime folder of our own: `snakebot stop` here must not stop other runs on this computer."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
 
 
 @pytest.fixture
@@ -103,6 +111,76 @@ def test_a_board_that_goes_away(board: tuple[subprocess.Popen[str], str], tmp_pa
     _, said = host.communicate(timeout=30)
     assert host.returncode == 4, said
     assert b"Traceback" not in said
+    assert len(open_run(tmp_path / "a.mcap").t_s) > 20
+
+
+def test_a_board_that_hangs(board: tuple[subprocess.Popen[str], str], tmp_path: Path) -> None:
+    """Its process stands still, watchdog and all: the host ends by itself; the board is safe once it goes on."""
+    host = run(board[1], tmp_path / "a.mcap")
+    board[0].send_signal(signal.SIGSTOP)
+    _, said = host.communicate(timeout=30)
+    board[0].send_signal(signal.SIGCONT)
+    assert host.returncode == 4, said
+    assert b"Traceback" not in said
+    assert safe(board[1])
+    assert len(open_run(tmp_path / "a.mcap").t_s) > 20
+
+
+def test_a_pseudo_terminal_that_is_closed(tmp_path: Path) -> None:
+    process = subprocess.Popen([*SNAKEBOT, "board", "sim", "--serial"], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    port = process.stdout.readline().strip().removeprefix("--port ")
+    log = tmp_path / "a.mcap"
+    host = subprocess.Popen(
+        [*SNAKEBOT, "run", "--port", port, *GAIT, "--log", str(log)],
+        stderr=subprocess.PIPE, stdout=subprocess.PIPE,
+    )  # fmt: skip
+    deadline = time.monotonic() + 60
+    while not log.with_name("a.mcap.part").exists():
+        assert host.poll() is None, host.stderr
+        assert time.monotonic() < deadline, "the run did not start"
+        time.sleep(0.05)
+    time.sleep(2)
+    process.kill()
+    _, said = host.communicate(timeout=30)
+    process.wait()
+    assert host.returncode == 4, said
+    assert b"Traceback" not in said
+    assert b"check cable" in said
+    assert len(open_run(log).t_s) > 20
+
+
+BUS_GOES_DOWN = """
+ip link set lo up && ip route add 239.0.0.0/8 dev lo || exit 77
+"$0" -m snakebot.cli.main board sim --can udp_multicast/239.74.163.2 >"$1/board" 2>&1 & board=$!
+while ! grep -q port "$1/board"; do sleep 0.1; done
+"$0" -m snakebot.cli.main run --port can:udp_multicast/239.74.163.2 --alpha 40 --beta 60 --omega 2 --duration 60 \
+    --log "$1/a.mcap" 2>"$1/said" & host=$!
+while [ ! -e "$1/a.mcap.part" ]; do sleep 0.1; done
+sleep 2
+ip link set lo down
+wait $host; echo "status $?"
+ip link set lo up && ip route add 239.0.0.0/8 dev lo
+"$0" -m snakebot.cli.main board info can:udp_multicast/239.74.163.2 --json
+kill $board
+"""
+
+
+def test_a_bus_that_goes_down(tmp_path: Path) -> None:
+    """A CAN bus over multicast in a network of its own; the board lives on and is asked afterwards."""
+    if shutil.which("unshare") is None or shutil.which("ip") is None:
+        pytest.skip("unshare or ip is missing")
+    done = subprocess.run(
+        ["unshare", "-n" if os.getuid() == 0 else "-rn", "sh", "-c", BUS_GOES_DOWN, sys.executable, str(tmp_path)],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    if "status" not in done.stdout:
+        pytest.skip(f"no network namespace can be made here: {done.stderr}")
+    status, info = done.stdout.splitlines()
+    said = (tmp_path / "said").read_text()
+    assert status == "status 4", said
+    assert "Traceback" not in said
+    assert json.loads(info)["mode"] == "fault"
     assert len(open_run(tmp_path / "a.mcap").t_s) > 20
 
 

@@ -10,6 +10,7 @@ import contextlib
 import json
 import os
 import signal
+import stat
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -33,6 +34,30 @@ def _folder(kind: str) -> Path:
     return Path(base) / f"snakebot-{os.getuid()}" / kind
 
 
+def _make_ours(folder: Path) -> None:
+    """
+    Raises:
+        OSError: somebody else was there before, or laid a link there.
+    """
+    for made in (folder.parent, folder):
+        made.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = made.lstat()
+        if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
+            raise PermissionError(f"{made} is not ours")
+        made.chmod(0o700)
+
+
+def _is_ours(folder: Path) -> bool:
+    """Whether nobody else can have put something there: /tmp is everybody's, and what is there gets signals."""
+    try:
+        return all(
+            stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o022
+            for found in map(os.lstat, (folder.parent, folder))
+        )
+    except OSError:
+        return False
+
+
 def _started(pid: int) -> str | None:
     """Start time of a process: a number that is used again after the process has gone does not fool us."""
     try:
@@ -46,7 +71,7 @@ def registered(port: str, kind: str = RUNS) -> Iterator[None]:
     """Make this process's run known while it lasts. Where no file can be written the run goes on without."""
     path = _folder(kind) / f"{os.getpid()}.json"
     try:
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _make_ours(path.parent)
         path.write_text(
             json.dumps({"pid": os.getpid(), "port": port, "started": _started(os.getpid())}), encoding="utf-8"
         )
@@ -61,7 +86,9 @@ def registered(port: str, kind: str = RUNS) -> Iterator[None]:
 
 def running(kind: str = RUNS) -> list[RunningRun]:
     """The runs that are alive; files that dead ones have left are cleared away."""
-    found = []
+    found: list[RunningRun] = []
+    if not _is_ours(_folder(kind)):
+        return found
     for path in sorted(_folder(kind).glob("*.json")):
         try:
             data = json.loads(path.read_text(encoding="utf-8"))

@@ -43,7 +43,8 @@ def finish(
     """
     temporary = target.with_name(target.name + TEMPORARY_SUFFIX)
     try:
-        with temporary.open("wb") as file:
+        temporary.unlink(missing_ok=True)  # left by a crash; or a link, laid there to be written through
+        with temporary.open("xb") as file:
             problems = _rewrite(source, file, changes or Changes())
             file.flush()
             os.fsync(file.fileno())

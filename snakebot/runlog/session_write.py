@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import gzip
 import io
 import os
@@ -115,7 +116,7 @@ def _csv(columns: Mapping[str, NDArray[Any]]) -> bytes:
         else:
             texts.append([str(value) for value in values.tolist()])
     out = io.StringIO()
-    out.write(",".join(columns) + "\n")
+    csv.writer(out, lineterminator="\n").writerow(columns)  # a log may name a reading as it likes
     out.writelines(",".join(row) + "\n" for row in zip(*texts, strict=True))
     return out.getvalue().encode()
 

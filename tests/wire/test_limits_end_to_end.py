@@ -214,17 +214,17 @@ def test_nothing_sent_and_nothing_executed_breaks_a_limit(case: dict[str, Any]) 
 
 
 @pytest.mark.slow
-def test_nothing_breaks_a_limit_in_a_thousand_runs() -> None:
+def test_nothing_breaks_a_limit_in_six_hundred_runs() -> None:
     begun: list[list[StepCheck]] = []
 
-    @settings(max_examples=1000, deadline=None)
+    @settings(max_examples=600, deadline=None)
     @given(cases())
-    def thousand(case: dict[str, Any]) -> None:
+    def many(case: dict[str, Any]) -> None:
         if checks := play(case):
             begun.append(checks)
 
-    thousand()
-    assert len(begun) > 300, "most gaits were refused: nothing was tried"
+    many()
+    assert len(begun) > 200, "most gaits were refused: nothing was tried"
     for name, each in (
         ("sent", [c for a, b, _ in begun for c in (a, b)]),
         ("executed", [c for *_, c in begun]),
@@ -237,5 +237,5 @@ def test_nothing_breaks_a_limit_in_a_thousand_runs() -> None:
         print(
             f"{name}: {len(begun)} runs twice, {steps} set-points, {ends} at a joint's end; of the limit: {nearest}"
         )
-        assert steps > 50_000
+        assert steps > 20_000
         assert worst["acceleration"] > 0.5, "the limits were never near"

@@ -32,6 +32,7 @@ CLEAR_SE = 2.0
 WORTH = (
     0.005  # share of the whole gap that an effect beside the first must close, and at which a rest is let be
 )
+CHANGED = 0.1  # of what a block is allowed, by which its mean square must differ to count
 MATTERS = 0.05  # held-out score on the blocks an effect touches: a tenth of their mean square
 CLOSE_RACE = 0.25  # rivals within this share of the winner's gain are cross-validated ...
 FEWEST_TRIALS, MOST_TRIALS = 3, 8  # ... within these bounds
@@ -108,10 +109,12 @@ def _part(progress: Progress, name: str, done: int) -> Progress:
 
 
 def touched(context: Context, trial: Trial, base: Trial) -> Bools:
-    """(B,) deciding blocks on which a trial predicts other than its base."""
-    changed = np.abs(trial.held_square - base.held_square) > 1e-6 * context.allowed_square
-    joints = np.unique(context.block_joint[changed])
-    return np.asarray(np.isin(context.block_joint, joints) & context.selects)
+    """(B,) deciding blocks on which a trial does other than its base, better or worse.
+
+    A limit that is reached in one gait of five says nothing in the other four.
+    """
+    changed = np.abs(trial.held_square - base.held_square) > CHANGED * context.allowed_square
+    return np.asarray(changed & context.selects)
 
 
 def accepted(context: Context, trial: Trial, base: Trial) -> bool:

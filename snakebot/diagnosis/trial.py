@@ -25,6 +25,7 @@ Ints = NDArray[np.int64]
 FOLD_STEPS = 8
 FULL_STEPS = 30
 ROUGH_STEPS = 6
+DEAR_STEPS, DEAR_FOLD_STEPS = 12, 3  # where the whole body must be simulated: a start is near, a fold nearer
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,16 +98,18 @@ def run_trial(
 
     ``rough``: a first look, with loads of the nominal motion, no interval.
     """
-    runs, steps = context.free_runs, FULL_STEPS
-    if rough and len(starts) and context.simulator.dear(hypothesis.specs(starts[0])):
-        runs, steps = context.telling_runs, ROUGH_STEPS
+    runs, steps, fold_steps = context.free_runs, FULL_STEPS, FOLD_STEPS
+    if len(starts) and context.simulator.dear(hypothesis.specs(starts[0])):
+        steps, fold_steps = DEAR_STEPS, DEAR_FOLD_STEPS
+        if rough:
+            runs, steps = context.telling_runs, ROUGH_STEPS
     theta, covariance = _fit(
         context, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough
     )
     fold_theta = [theta] * len(context.folds)
     if cross and theta.size:
         fold_theta = [
-            _fit(context, hypothesis, [theta], fold.fit, FOLD_STEPS, 1, covariance=False)[0]
+            _fit(context, hypothesis, [theta], fold.fit, fold_steps, 1, covariance=False)[0]
             for fold in context.folds
         ]
     return _scored(context, hypothesis, theta, covariance, fold_theta, cross=cross, rough=rough)

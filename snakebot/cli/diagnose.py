@@ -133,10 +133,14 @@ def _session(sources: tuple[Path, ...], robot_source: str | None) -> Session:
     from dataclasses import replace
 
     from snakebot.runlog import open_runs, open_session
+    from snakebot.runlog.repeats import mark_repeats
 
     with warnings.catch_warnings():  # the session carries them, and the verdict lists them
         warnings.simplefilter("ignore")
         session = open_session(sources[0]) if len(sources) == 1 else open_runs(sources)
+    if len(sources) > 1 or not (sources[0].name == "session.yaml" or (sources[0] / "session.yaml").exists()):
+        # Logs do not say what repeats what, as a session does; no robot starts twice from quite the same pose.
+        session = replace(session, runs=mark_repeats(session.runs))
     if robot_source is not None:
         from snakebot.robot import load_robot
 

@@ -190,3 +190,26 @@ def test_a_slow_robot_gets_smaller_gaits_all_of_them_safe() -> None:
     assert [g[0] for g in gaits[:4]] != [g[0] for g in starting_set(ROBOT)[:4]]
     for alpha, beta, omega in gaits:
         check_motion(GaitMotion(Gait.from_degrees(alpha, beta, omega), 5, 12.0, 2.0), robot)
+
+
+def test_runs_that_begin_from_different_poses_are_repeats_all_the_same(tmp_path: Path) -> None:
+    """The run log does not say what repeats what; a joint with play starts elsewhere each time."""
+    import warnings
+
+    import numpy as np
+
+    from snakebot.cli.diagnose import _session
+    from snakebot.runlog import Run, write_session
+
+    t_s = np.arange(0, 12, 0.01)
+    gait = GaitMotion(Gait.from_degrees(50, 80, 2), 5, 12.0, 2.0)
+    runs = []
+    for name, start_rad in (("a", [0.0] * 5), ("b", [0.0, 0.0, 0.06, 0.0, 0.0])):
+        command = GaitMotion(gait.gait, 5, 12.0, 2.0, start_rad).sampled(t_s)
+        runs.append(Run(name=name, t_s=t_s, command_rad=command, measured_rad=command))
+    for run in runs:  # a session of one run each, as logs are
+        write_session(tmp_path / run.name, ROBOT, [run])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        session = _session((tmp_path / "a", tmp_path / "b"), None)
+    assert [run.repeat_of is not None for run in session.runs] == [False, True]

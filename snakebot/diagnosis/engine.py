@@ -175,7 +175,7 @@ def _conclude(
     verdict = "explained" if by_chance else decide(gap, best, rest, noise is not None)
     progress("parameters and their uncertainty", 0.82)
     errors = standard_errors(context, best, tolerances=not quick)
-    causes, open_rivals, ranking = _causes(context, found, best, rest, errors)
+    causes, open_rivals, ranking = _causes(context, found, best, verdict == "explained", errors)
     if noise is not None:
         causes.append(_noise_cause(context, noise))
     progress("closure on held-out runs", 0.9)
@@ -268,7 +268,7 @@ class _Weighed:
 
 
 def _causes(
-    context: Context, found: Found, best: Trial, rest: Rest, errors: Floats
+    context: Context, found: Found, best: Trial, explained: bool, errors: Floats
 ) -> tuple[list[Cause], list[Trial], tuple[RankingEntry, ...]]:
     """Causes in the order of what they close, the rivals still open (best first), and the ranking."""
     weighed: list[_Weighed] = []
@@ -277,7 +277,7 @@ def _causes(
         count = len(term.open)
         rivals = found.rivals[index] if index < len(found.rivals) else ()
         group = indistinguishable(context, best, rivals)
-        weighed.append(_weigh(context, found, best, index, group, rivals, errors[at : at + count]))
+        weighed.append(_weigh(context, found, best, index, group, rivals, errors[at : at + count], explained))
         at += count
     order = sorted(range(len(weighed)), key=lambda i: -weighed[i].closes)
     open_rivals = [best, *weighed[order[0]].group] if weighed and weighed[order[0]].group else []
@@ -296,6 +296,7 @@ def _weigh(
     group: list[Trial],
     rivals: Sequence[Trial],
     errors: Floats,
+    explained: bool,
 ) -> _Weighed:
     term = best.hypothesis.terms[index]
     theta = best.hypothesis.split(best.theta)[index]
@@ -333,6 +334,7 @@ def _weigh(
         closed=float(1 - left / over) if over > 0 else 0.0,
         rivals=len(group),
         motions=len(context.data.motions),
+        explained=explained,
     )
     closes = lead(context, best, without).mean
     others = tuple(
@@ -377,6 +379,7 @@ def _weigh(
             "closed": round(evidence.closed, 4),
             "rivals": evidence.rivals,
             "motions": evidence.motions,
+            "explained": float(explained),
         },
     )
     return _Weighed(cause, group, closes)

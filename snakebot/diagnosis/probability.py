@@ -1,8 +1,8 @@
 """How sure: from how far an explanation leads and how little it leaves over to a calibrated probability.
 
 The shape of the rule is fixed here, its numbers come from ``calibration.json``, which
-``tools/calibrate_diagnosis`` writes from simulated sessions with known causes (the command and the seeds stand
-in the file).
+``tools/blind/calibrate`` or ``tools/calibrate_diagnosis`` writes from simulated sessions with known causes (the command
+and the seeds stand in the file).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ SCHEMA = "snakebot.calibration/1"
 
 HIGHEST, LOWEST = 0.99, 0.01
 ONE_MOTION_AT_MOST = 0.5  # nothing could be held out: never more than a guess
-FEATURES = ("lead", "rest", "closed", "rivals", "motions")
+FEATURES = ("lead", "rest", "closed", "rivals", "motions", "explained")
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,7 @@ class Evidence:
         closed: share of the gap that is closed there.
         rivals: how many effects are in the group beside it.
         motions: different motions in the session.
+        explained: whether all causes together leave too little over to speak of.
     """
 
     lead: float
@@ -40,6 +41,7 @@ class Evidence:
     closed: float
     rivals: int
     motions: int
+    explained: bool
 
     def features(self) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         """(F,) in the order of ``FEATURES``, each of order one."""
@@ -50,6 +52,7 @@ class Evidence:
                 min(max(self.closed, 0.0), 1.0),
                 float(min(self.rivals, 3)),
                 np.log(max(self.motions, 1)),
+                float(self.explained),
             ]
         )
 

@@ -75,7 +75,7 @@ class Effect:
         confused_with: effects that leave nearly the same mark, and what tells each apart.
         parameters: in the order in which they are written.
         per_joint: whether it may hold for some joints only.
-        covers: of the nominal robot's "delay" and "friction", what it sets itself: a fit of it needs no tolerance there.
+        covers: of the nominal robot's "delay" and "friction", what it sets itself, so that a fit needs no tolerance.
     """
 
     name: ClassVar[str]

@@ -192,12 +192,12 @@ def test_smoothing_keeps_motion_and_takes_noise() -> None:
 
 
 def test_probabilities_rise_with_the_lead_and_fall_with_the_rest() -> None:
-    base = Evidence(lead=0.3, rest=1.0, closed=0.98, rivals=0, motions=4)
+    base = Evidence(lead=0.3, rest=1.0, closed=0.98, rivals=0, motions=4, explained=True)
     assert probability(replace(base, lead=1.0)) >= probability(base) >= probability(replace(base, lead=0.0))
     assert probability(replace(base, rest=50.0)) < probability(base)
     assert probability(replace(base, motions=1)) <= 0.5
     assert calibration().cases > 0
-    assert "tools/calibrate_diagnosis" in calibration().command
+    assert "calibrate" in calibration().command
     assert sum(shared(0.9, [-0.1, -0.2, -0.1])) == pytest.approx(0.9)
 
 

@@ -1,0 +1,65 @@
+"""The rule that turns evidence into a probability, fitted to causes of which it is known whether they were right."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+import numpy as np
+
+from snakebot.diagnosis.probability import CALIBRATION_FILE, FEATURES, SCHEMA, Evidence
+
+PRIOR_WEIGHT = 0.3  # of the ridge on the rule's weights: few cases must not make it rash
+# Intercept and weights that one expects: a lead and a closed gap speak for a cause, a rest against it.
+PRIOR = np.array([0.0, 1.0, -1.0, 2.0, 0.0, 0.0, 1.0])
+
+
+def evidence_of(cause: dict[str, object]) -> Evidence | None:
+    """The evidence that stands beside a cause; None where its probability comes from elsewhere."""
+    found = cause["evidence"]
+    if not isinstance(found, dict) or not found:
+        return None
+    return Evidence(
+        lead=found["lead"],
+        rest=found["rest"],
+        closed=found["closed"],
+        rivals=int(found["rivals"]),
+        motions=int(found["motions"]),
+        explained=bool(found["explained"]),
+    )
+
+
+def fit(evidence: Sequence[Evidence], right: Sequence[bool]) -> tuple[float, list[float]]:
+    """Intercept and weights of a logistic rule, with a weak ridge towards the shape one expects."""
+    from scipy.optimize import minimize
+
+    features = np.array([e.features() for e in evidence])
+    label = np.array(right, dtype=float)
+    stacked = np.column_stack([np.ones(label.size), features])
+
+    def loss(w: np.ndarray) -> float:
+        z = stacked @ w
+        ridge = PRIOR_WEIGHT * np.sum(np.square(w - PRIOR)[1:])
+        return float(np.sum(np.logaddexp(0, z) - label * z) + ridge)
+
+    found = minimize(loss, PRIOR, method="BFGS").x
+    return float(found[0]), [float(v) for v in found[1:]]
+
+
+def write(command: str, seed: int, cases: int, evidence: Sequence[Evidence], right: Sequence[bool]) -> None:
+    """Write ``calibration.json`` into the package."""
+    intercept, weights = fit(evidence, right)
+    data = {
+        "schema": SCHEMA,
+        "command": command,
+        "first_seed": seed,
+        "cases": cases,
+        "causes": len(evidence),
+        "features": list(FEATURES),
+        "intercept": round(intercept, 4),
+        "weights": [round(w, 4) for w in weights],
+    }
+    CALIBRATION_FILE.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    print(
+        f"wrote {CALIBRATION_FILE.name}: {len(evidence)} causes of {cases} cases, {sum(right)} of them right"
+    )

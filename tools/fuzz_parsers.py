@@ -56,7 +56,6 @@ class Counted:
 
         self.name, self.parse, self.documented = name, PARSERS[name], DOCUMENTED
         self.folder = folder()
-        self.trespasses: list[str] = []  # filled while somebody watches
         self.cases = 0
         self.findings: dict[str, str] = {}
         self.began = time.monotonic()
@@ -64,6 +63,7 @@ class Counted:
 
     def __call__(self, data: bytes) -> None:
         self.cases += 1
+        trespasses = watch(self.folder)
         try:
             self.parse(data)
         except self.documented as error:
@@ -72,16 +72,16 @@ class Counted:
                 self.found(data, "an error of several lines, or with control characters", line)
         except Exception as error:
             self.found(data, place_of(error), "".join(traceback.format_exception(error)))
-        if self.trespasses:
-            self.found(data, f"trespass: {self.trespasses[0][:60]}", "\n".join(self.trespasses))
-            self.trespasses.clear()
+        look_away()
+        if trespasses:
+            self.found(data, f"trespass: {trespasses[0][:60]}", "\n".join(trespasses))
 
     @staticmethod
     def printable(line: str) -> bool:
         return not any(ord(sign) < 32 or 127 <= ord(sign) < 160 for sign in line)
 
     def found(self, data: bytes, place: str, told: str) -> None:
-        look_away()  # what is written now is ours
+        look_away()
         if place not in self.findings:
             path = OUT / f"finding-{self.name}-{len(self.findings)}"
             path.write_bytes(data)
@@ -91,7 +91,6 @@ class Counted:
                 file=sys.stderr,
                 flush=True,
             )
-        watch(self.folder)
 
     def tell(self) -> None:
         seconds = round(time.monotonic() - self.began)
@@ -173,7 +172,7 @@ def ready(name: str) -> tuple[Counted, list[bytes]]:
     """The parser, all that it imports on the way imported, and its sound input."""
     from seeds import seeds
 
-    counted, sound = Counted(name), seeds()[name]
+    counted, sound = Counted(name), seeds(name)
     for data in sound:
         for part in (data, data[: len(data) // 2], b""):
             try:
@@ -181,7 +180,6 @@ def ready(name: str) -> tuple[Counted, list[bytes]]:
             except counted.documented:
                 continue
     counted.base_mib = peak_mib()
-    counted.trespasses = watch(counted.folder)
     return counted, sound
 
 

@@ -203,7 +203,7 @@ def main() -> None:
     warnings.simplefilter("ignore")
     wanted = [kind for kind in PARSERS if kind in sys.argv[1:] or len(sys.argv) < 2]
     for kind in wanted:  # what is loaded once is not the bomb's
-        for data in seeds()[kind]:
+        for data in seeds(kind):
             with contextlib.suppress(*DOCUMENTED):
                 PARSERS[kind](data)
     prepared = [bomb for bomb in bombs(wanted) if bomb[1] in wanted]

@@ -19,7 +19,7 @@ def damaged(draw: st.DrawFn, kind: str) -> bytes:
     """One time in ten, anything at all."""
     if draw(st.integers(0, 9)) == 0:
         return draw(st.binary(max_size=200))
-    data = bytearray(draw(st.sampled_from(seeds()[kind])))
+    data = bytearray(draw(st.sampled_from(seeds(kind))))
     for _ in range(draw(st.integers(0, 6))):
         at = draw(st.integers(0, len(data)))
         end = min(len(data), at + draw(st.integers(0, 20)))

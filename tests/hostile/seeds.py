@@ -5,8 +5,8 @@ from __future__ import annotations
 import gzip
 import io
 import struct
+from collections.abc import Callable
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 from parsers import SEPARATOR, folder
@@ -93,54 +93,69 @@ def parquets() -> list[bytes]:
     return made
 
 
-@cache
-def seeds() -> dict[str, list[bytes]]:
+def _configs(kind: str) -> list[bytes]:
     from snakebot.resources import configs_root
 
-    root: Path = configs_root()
-    gaits = [path.read_bytes() for path in sorted(root.glob("gaits/*.yaml"))]
-    table = b"t_s,cmd_1_rad,enc_1_rad\n0,0.1,0.1\n0.01,0.2,nan\n0.02,,1e-3\n"
-    posed = b't_s,cmd_1_rad,enc_1_rad,applied_1_rad,x_m,y_m,heading_rad,"my, own"\n0,0,0,0,1,1,1,text\n'
-    bench = b"robot: {joints: 1}\nruns:\n  - {file: run_01.csv, gait: {alpha_deg: 66, beta_deg: 80, omega_rad_s: 2}}\n"
-    body = (
-        b"robot: {links: 2, half_length_m: 0.1, link_mass_kg: 1, friction: {ct: 1, cn: 2}}\nruns:\n"
-        b"  - file: run_01.csv\n    forward_speed_m_s: 0.1\n    hold_out: true\n    metadata: {a: [b]}\n    more: 1\n"
-    )
-    wire = pack_all([Frame(16, bytes(range(8))), Frame(1, b""), Frame(0x7FF, b"\0\0")])
-    catalogue = dbc_text()
-    head = catalogue[: catalogue.index("BO_ 17 ")]
-    values = "\n".join(line for line in catalogue.splitlines() if line.startswith("VAL_ 2 "))
-    return {
-        "port": [b"sim:", b"serial:/dev/ttyUSB0?baud=1000000", b"can:slcan//dev/ttyACM0?bitrate=1000000", b"COM4",
-                 b"serial:socket://127.0.0.1:5555?logging=debug&dtr=0", b"can:udp_multicast/239.74.163.2"],
-        "stream": [wire],
-        "packet": [part for part in wire.split(b"\0") if part],
-        "frame": [b"\x10\0" + bytes(8), b"\x11\0" + bytes(2) + b"\1\1" + bytes(4), b"\1\0" + bytes(5),
-                  b"\x20\0" + bytes(8), b"\x21\0" + bytes(8)],
-        "slcan": [b"t0108AABBCCDDEEFF0011\r", b"z\r\a", b"T0000001080\r", b"t01020102ABCD\r"],
-        "dbc": [f"{head}\n{values}\n".encode(), b'BO_ 1 A: 2 H\n SG_ a : 0|16@1- (0.1,2) [-9|9] "rad" B,C\n'],
-        "effect": [b"rate_limit:limit_rad_s=1.6,joints=3+4", b"command_delay:delay_s=0.05", b"slope:angle_deg=1e+0"],
-        "fault": [b"free:3", b"rigid:4+5@12s", b"rigid:2=-30.5", b"clear@20s"],
-        "column_map": [b"cmd_*_rad=servo_#:deg\nt_s=time:ms", b"enc_1_rad=-pos:counts\nsupply_v=u:mV"],
-        "name": [b"penn_state", b"gentle", b"configs/robots/penn_state.yaml", b"rate_limit:limit_rad_s=2"],
-        "plug_in": [
-            b"[snakebot.effects]\nworn = worn.servo:EFFECT\nother=a:b.c [extra]\n[console_scripts]\nx = y:z\n"
-        ],
-        "robot": [path.read_bytes() for path in sorted(root.glob("robots/*.yaml"))] + [BENCH],
-        "gait": gaits or [b"alpha_deg: 66\nbeta_deg: 80\nomega_rad_s: 2\n"],
-        "effect_set": [path.read_bytes() for path in sorted(root.glob("effects/*.yaml"))]
-        + [b'effects: ["command_delay:delay_s=0.05"]\n'],
-        "csv": [table, b"a,b\n1,2\n\n\n"],
-        "csv_gz": [gzip.compress(table, mtime=0), gzip.compress(table, 0, mtime=0)],
-        "parquet": parquets(),
-        "session": [bench, body],
-        "session_run": [table, posed],
-        "log": [recorded()],
-        "log_part": [unfinished()],
-        "log_records": [
-            SEPARATOR.join([BENCH, b"joints=1\ngait={\"alpha_deg\":1,\"beta_deg\":2,\"omega_rad_s\":3}",
-                            TICK % 0, TICK % 1, POSE, EVENT, LINK, FRAME, READINGS]),
-            SEPARATOR.join([BENCH, b"", TICK % 0]),
-        ],
-        "log_index": [split_log()[1]],
-    }  # fmt: skip
+    return [path.read_bytes() for path in sorted(configs_root().glob(f"{kind}/*.yaml"))]
+
+
+def _dbcs() -> list[bytes]:
+    """The head of ours, which is quicker to read than the whole, and a smaller one."""
+    text = dbc_text()
+    values = "\n".join(line for line in text.splitlines() if line.startswith("VAL_ 2 "))
+    head = text[: text.index("BO_ 17 ")]
+    return [f"{head}\n{values}\n".encode(), b'BO_ 1 A: 2 H\n SG_ a : 0|16@1- (0.1,2) [-9|9] "" B,C\n']
+
+
+WIRE = pack_all([Frame(16, bytes(range(8))), Frame(1, b""), Frame(0x7FF, b"\0\0")])
+TABLE = b"t_s,cmd_1_rad,enc_1_rad\n0,0.1,0.1\n0.01,0.2,nan\n0.02,,1e-3\n"
+POSED = b't_s,cmd_1_rad,enc_1_rad,applied_1_rad,x_m,y_m,heading_rad,"my, own"\n0,0,0,0,1,1,1,text\n'
+SESSION = b"robot: {joints: 1}\nruns:\n  - {file: run_01.csv, gait: {alpha_deg: 66, beta_deg: 80, omega_rad_s: 2}}\n"
+BODY = (
+    b"robot: {links: 2, half_length_m: 0.1, link_mass_kg: 1, friction: {ct: 1, cn: 2}}\nruns:\n"
+    b"  - file: run_01.csv\n    forward_speed_m_s: 0.1\n    hold_out: true\n    metadata: {a: [b]}\n    more: 1\n"
+)
+ENTRIES = b"[snakebot.effects]\nworn = worn.servo:EFFECT\nother=a:b.c [extra]\n[console_scripts]\nx = y:z\n"
+GAIT = b'joints=1\ngait={"alpha_deg":1,"beta_deg":2,"omega_rad_s":3}'
+
+_MADE: dict[str, Callable[[], list[bytes]]] = {
+    "port": lambda: [
+        b"sim:", b"serial:/dev/ttyUSB0?baud=1000000", b"can:slcan//dev/ttyACM0?bitrate=1000000", b"COM4",
+        b"serial:socket://127.0.0.1:5555?logging=debug&dtr=0", b"can:udp_multicast/239.74.163.2",
+    ],
+    "stream": lambda: [WIRE],
+    "packet": lambda: [part for part in WIRE.split(b"\0") if part],
+    "frame": lambda: [
+        b"\x10\0" + bytes(8), b"\x11\0" + bytes(2) + b"\1\1" + bytes(4), b"\1\0" + bytes(5),
+        b"\x20\0" + bytes(8), b"\x21\0" + bytes(8),
+    ],
+    "slcan": lambda: [b"t0108AABBCCDDEEFF0011\r", b"z\r\a", b"T0000001080\r", b"t01020102ABCD\r"],
+    "dbc": _dbcs,
+    "effect": lambda: [
+        b"rate_limit:limit_rad_s=1.6,joints=3+4", b"command_delay:delay_s=0.05", b"slope:angle_deg=1e+0"
+    ],
+    "fault": lambda: [b"free:3", b"rigid:4+5@12s", b"rigid:2=-30.5", b"clear@20s"],
+    "column_map": lambda: [b"cmd_*_rad=servo_#:deg\nt_s=time:ms", b"enc_1_rad=-pos:counts\nsupply_v=u:mV"],
+    "name": lambda: [b"penn_state", b"gentle", b"configs/robots/penn_state.yaml", b"rate_limit:limit_rad_s=2"],
+    "plug_in": lambda: [ENTRIES],
+    "robot": lambda: [*_configs("robots"), BENCH],
+    "gait": lambda: _configs("gaits"),
+    "effect_set": lambda: [*_configs("effects"), b'effects: ["command_delay:delay_s=0.05"]\n'],
+    "csv": lambda: [TABLE, b"a,b\n1,2\n\n\n"],
+    "csv_gz": lambda: [gzip.compress(TABLE, mtime=0), gzip.compress(TABLE, 0, mtime=0)],
+    "parquet": parquets,
+    "session": lambda: [SESSION, BODY],
+    "session_run": lambda: [TABLE, POSED],
+    "log": lambda: [recorded()],
+    "log_part": lambda: [unfinished()],
+    "log_records": lambda: [
+        SEPARATOR.join([BENCH, GAIT, TICK % 0, TICK % 1, POSE, EVENT, LINK, FRAME, READINGS]),
+        SEPARATOR.join([BENCH, b"", TICK % 0]),
+    ],
+    "log_index": lambda: [split_log()[1]],
+}  # fmt: skip
+
+
+@cache
+def seeds(kind: str) -> list[bytes]:
+    return _MADE[kind]()

@@ -36,7 +36,7 @@ def attempt(kind: str, data: bytes) -> str:
 
 def warmed(kind: str) -> None:
     """Have everything imported that the parser needs: an import executes text."""
-    for data in (*seeds()[kind], b""):
+    for data in (*seeds(kind), b""):
         with contextlib.suppress(*DOCUMENTED):
             PARSERS[kind](data)
 
@@ -62,7 +62,7 @@ def test_nothing_but_the_documented_error(kind: str) -> None:
 def test_sound_seeds_are_read(kind: str) -> None:
     """Otherwise the fuzzing would only see the first check."""
     warmed(kind)
-    for data in seeds()[kind]:
+    for data in seeds(kind):
         said = attempt(kind, data)
         if kind == "dbc":
             assert said.startswith("the DBC defines no message "), (
@@ -166,7 +166,7 @@ def test_the_watch_sees_what_it_is_there_for(tmp_path: Path) -> None:
 def test_parsers_write_nothing() -> None:
     """Beside the files that the targets lay out themselves there is nothing after all this."""
     for kind, parser in PARSERS.items():
-        for data in seeds()[kind]:
+        for data in seeds(kind):
             try:
                 parser(data)
             except DOCUMENTED:

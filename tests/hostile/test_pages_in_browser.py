@@ -153,7 +153,8 @@ def test_nothing_runs(
     assert found["handlers"] == 0
     assert "javascript:" not in found["links"]
     assert found["asked"] == []
-    assert "onerror=window.bad" in found["text"], "the names are there, as text"
+    assert "onerror=window.bad=7" in found["text"], "file names are there, as text"
+    assert "onmouseover=window.bad=6" in found["text"], "so is the name of the robot"
 
 
 def test_the_browser_would_run_it(browser: Any, tmp_path: Path) -> None:

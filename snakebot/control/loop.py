@@ -29,7 +29,7 @@ HOLD_BEFORE_RELAX_S = 0.2
 FRESH_READING_S = 2.0  # longest wait for the joint angles that the motion starts from
 _WAKE_EARLY_S = 0.0003  # leave the wait for frames this much before a deadline, and sleep the rest exactly
 _SHORTEST_WAIT_S = 1e-6  # a wait that rounding may swallow would never end in virtual time
-_CHANGE_AHEAD_S = 0.25  # time to check a new gait before it begins
+_CHANGE_AHEAD_S = (0.25, 1.0, 4.0)  # time to check a new gait before it begins; more for a long run
 # 20 Hz keeps the board's watchdog (100 ms) fed with a lost tick in between.
 MIN_RATE_HZ, MAX_RATE_HZ = 20.0, 1000.0
 
@@ -124,15 +124,20 @@ class RunLoop:
         """Go over to another gait without a jump, beginning shortly from now.
 
         Raises:
-            BadInputError: the motion is not a gait, the last change has not ended yet, or the new gait breaks a limit;
-                the run goes on as it was.
+            BadInputError: the motion is not a gait, the last change has not ended yet, the new gait breaks a limit, or
+                checking that took so long that the change would begin in the past; the run goes on as it was.
         """
         motion = self._motion
         if not isinstance(motion, GaitMotion):
             raise BadInputError("only a running gait can be changed")
-        start_s = self.progress.t_s + _CHANGE_AHEAD_S
-        changed = motion.changed(start_s, gait, blend_s)
-        check_motion(changed, self.robot, start_s)
+        for ahead_s in _CHANGE_AHEAD_S:
+            start_s = self.progress.t_s + ahead_s
+            changed = motion.changed(start_s, gait, blend_s)
+            check_motion(changed, self.robot, start_s)
+            if self.progress.t_s < start_s:
+                break
+        else:
+            raise BadInputError("this computer was too slow to check the new gait in time: try again")
         if self._motion is motion:  # not while a stop came in between
             self._motion = changed
             self._journal.event("gait", f"changed to {gait}", data=asdict(gait))

@@ -11,6 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,11 @@ BLEND_PEAK_CURVATURE = 10 / math.sqrt(3)
 
 def blend(s: float) -> float:
     """The quintic step from 0 to 1; constant outside."""
-    s = min(max(s, 0.0), 1.0)
+    return float(_step(min(max(s, 0.0), 1.0)))
+
+
+def _step(s: Any) -> Any:
+    """The quintic over the unit interval, of a number or an array."""
     return s * s * s * (10 + s * (-15 + 6 * s))
 
 
@@ -174,6 +179,46 @@ class GaitMotion(Motion):
         if fall < 1:
             wave = [a + fall * (w - a) for a, w in zip(self.end_rad, wave, strict=True)]
         return wave
+
+    def sampled(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """As ``angles`` at each time. All at once: the limits of a long run are checked while the robot moves."""
+        t = np.clip(t_s, 0.0, self.duration_s)
+        starts = [change.start_s for change in self._changes]
+        index = np.maximum(np.searchsorted(starts, t, side="right") - 1, 0)
+        wave = np.empty((len(t), self.joints))
+        for number, change in enumerate(self._changes):
+            here = index == number
+            old = self._changes[max(number - 1, 0)].gait
+            wave[here] = _blended_wave(t[here] - change.start_s, change, old, number > 0, self.joints)
+        if self.ramp_s > 0:
+            for since, posture in ((t, self.start_rad), (self.duration_s - t, self.end_rad)):
+                ramp = since < self.ramp_s
+                share = _step(np.clip(since[ramp] / self.ramp_s, 0.0, 1.0))[:, None]
+                wave[ramp] = posture + share * (wave[ramp] - posture)
+        return wave
+
+
+def _blended_wave(
+    since_s: NDArray[np.float64], change: _Change, old: Gait, blends: bool, joints: int
+) -> NDArray[np.float64]:
+    """Set-points (T, joints) of a wave at times since a change; ``blends`` from the old gait, or is there at once."""
+    new = change.gait
+    if not blends or change.blend_s <= 0:
+        old, s = new, np.ones_like(since_s)
+    else:
+        s = since_s / change.blend_s
+    inside = np.clip(s, 0.0, 1.0)
+    share = _step(inside)
+    integral = inside**4 * (2.5 + inside * (-3 + inside)) + np.maximum(s - 1.0, 0.0)
+    phase = change.phase_rad + old.omega_rad_s * since_s
+    phase = phase + (new.omega_rad_s - old.omega_rad_s) * change.blend_s * integral
+
+    def mixed(name: str) -> NDArray[np.float64]:
+        before, after = getattr(old, name), getattr(new, name)
+        return np.asarray(before + share * (after - before))[:, None]
+
+    angle = phase[:, None] + np.arange(joints) * mixed("beta_rad")
+    return np.asarray(mixed("offset_rad") + mixed("alpha_rad") * np.sin(angle))
 
 
 class SampledMotion(Motion):

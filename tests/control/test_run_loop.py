@@ -339,6 +339,35 @@ def test_a_change_beyond_a_limit_is_refused_and_the_run_goes_on() -> None:
     assert "joint" in refused[0]
 
 
+@pytest.mark.parametrize(("check_s", "changes"), [(0.3, True), (4.5, False)])
+def test_a_change_whose_check_takes_long_never_begins_in_the_past(
+    check_s: float, changes: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The keyboard's thread checks while the loop goes on: what has begun already by then would be a jump."""
+    from snakebot.control import loop as loop_module
+
+    bench = Bench(duration_s=24)
+    new = Gait.from_degrees(40, 60, 3)
+    refused: list[str] = []
+
+    def slow_check(*_: Any) -> None:
+        bench.loop.progress.t_s += check_s
+
+    def change() -> None:
+        monkeypatch.setattr(loop_module, "check_motion", slow_check)
+        try:
+            bench.loop.change_gait(new, 1.0)
+        except BadInputError as error:
+            refused.append(str(error))
+
+    bench.memory.at[400] = change
+    assert bench.loop.run().ended == "finished"
+    assert [("too slow" in text) for text in refused] == ([] if changes else [True])
+    assert np.abs(np.diff(bench.sent, n=2, axis=0)).max() / 0.01**2 < 25
+    late = bench.sent[1200:2000]
+    assert np.abs(late).max() == pytest.approx((new if changes else GAIT).alpha_rad, rel=0.01)
+
+
 @pytest.mark.parametrize("rate", [5, 5000, math.nan])
 def test_rates_that_cannot_be_kept_are_refused(rate: float) -> None:
     with pytest.raises(BadInputError, match="--rate"):

@@ -101,6 +101,31 @@ def test_position_speed_and_acceleration_never_jump(
         assert np.abs(np.diff(acceleration, axis=0)).max() < 4000 * step
 
 
+@settings(max_examples=60, deadline=None)
+@given(
+    changes=st.lists(
+        st.tuples(st.floats(0.1, 3), st.floats(0, 2), st.floats(0, 90), st.floats(0, 5)), max_size=3
+    ),
+    ramp=st.sampled_from([0.0, 0.5, 2.0]),
+    stop=st.none() | st.floats(0.2, 12),
+)
+def test_sampled_at_once_is_the_same_motion(
+    changes: list[tuple[float, float, float, float]], ramp: float, stop: float | None
+) -> None:
+    motion = GaitMotion(
+        Gait.from_degrees(66, 80, 2), JOINTS, 12, ramp, [0.3, -0.2, 0.1, 0, 0], [0.1] * JOINTS
+    )
+    at_s = 0.0
+    for later_s, blend_s, alpha, omega in changes:
+        at_s += later_s
+        motion = motion.changed(at_s, Gait.from_degrees(alpha, alpha / 2, omega, 5), blend_s)
+        at_s += blend_s
+    if stop is not None:
+        motion = motion.ended(stop)
+    t = np.unique([-1.0, *np.linspace(0, 12.5, 97), at_s, motion.duration_s, ramp])
+    np.testing.assert_allclose(motion.sampled(t), [motion.angles(float(x)) for x in t], rtol=0, atol=1e-12)
+
+
 def test_a_change_keeps_the_phase_and_arrives() -> None:
     new = Gait.from_degrees(40, 60, 3)
     motion = GaitMotion(Gait.from_degrees(66, 80, 2), JOINTS, 30, 2).changed(5, new, 2)

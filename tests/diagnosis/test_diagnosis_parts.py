@@ -22,7 +22,7 @@ from snakebot.diagnosis.folds import folds
 from snakebot.diagnosis.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.probability import Evidence, calibration, probability, shared
 from snakebot.diagnosis.reference import limited, play
-from snakebot.diagnosis.simulate import smoothed
+from snakebot.diagnosis.smoothing import smoothed
 from snakebot.diagnosis.trial import predicted_readings, run_trial
 from snakebot.effects import parse_effect, predict
 from snakebot.runlog import Session

@@ -70,8 +70,8 @@ NEUTRAL: dict[str, tuple[float, ...]] = {
     "deadband": (1.0,),
     "second_order": (30.0, 0.8),
 }
-# Both are the servo's speed limit, or its linear response; and a torque-speed line ends at a torque limit of its own.
-EXCLUSIVE = ({"rate_limit", "torque_speed"}, {"servo_lag", "second_order"}, {"torque_speed", "torque_limit"})
+# Both are the servo's speed limit, or its linear response.
+EXCLUSIVE = ({"rate_limit", "torque_speed"}, {"servo_lag", "second_order"})
 
 
 def paper_gait(omega_rad_s: float) -> Gait:

@@ -185,3 +185,20 @@ def test_recordings_of_real_servos(root: Path, tmp_path: Path) -> None:
     assert [c for c in result["checks"] if c["must_not"] and c["holds"] is False] == []
     assert [c for c in result["checks"] if c["id"] in ("held_out", "power_off") and not c["holds"]] == []
     assert "as expected" in done.stdout
+
+
+def test_commands_and_figures_of_the_page_are_those_of_the_code(root: Path) -> None:
+    from blind.wire_cases import KINDS
+    from blind.wire_runs import RUN_S, TRIES
+
+    text = (root / "docs" / "blind-check-wire.md").read_text(encoding="utf-8")
+    commands = [line.split() for line in text.splitlines() if line.startswith("    tools/")]
+    assert {words[0] for words in commands} == {f"tools/blind/{name}" for name in ("wire", "live", "real")}
+    for script, *words in commands:
+        done = subprocess.run([sys.executable, str(root / script), "--help"], capture_output=True, text=True)
+        assert done.returncode == 0
+        assert all(word in done.stdout for word in words if word.startswith("--"))
+    assert (len(KINDS), RUN_S, TRIES) == (8, 8.0, 4)
+    assert "eight kinds" in text
+    assert "three gaits of 8 s" in text
+    assert "up to four times" in text

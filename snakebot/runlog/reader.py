@@ -10,6 +10,7 @@ import contextlib
 import gc
 import os
 import warnings
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -98,7 +99,7 @@ def _fill(container: Container, tables: dict[str, Table]) -> None:
         container.problems.append(f"{stray} messages on unknown channels: left out")
 
 
-class Table:
+class Table(ABC):
     """The messages of one channel: bytes until there are many, then decoded."""
 
     def __init__(self) -> None:
@@ -126,8 +127,9 @@ class Table:
                 raise ValueError("not one JSON object a message")
             self.store(rows)
 
+    @abstractmethod
     def store(self, rows: list[Any]) -> None:
-        raise NotImplementedError
+        """Take in decoded messages."""
 
 
 class JointsTable(Table):

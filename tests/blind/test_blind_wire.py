@@ -114,6 +114,7 @@ def test_a_board_drives_it_over_the_protocol() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 def test_same_seed_same_case_and_wires_alternate() -> None:
     first, again = draw_case(2, 1), draw_case(2, 1)
     assert first.label == again.label
@@ -125,6 +126,7 @@ def test_same_seed_same_case_and_wires_alternate() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 def test_effects_of_wire_cases_are_plain_to_see() -> None:
     for number in range(len(KINDS)):
         label = draw_case(11, number).label

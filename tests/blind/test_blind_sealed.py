@@ -14,6 +14,9 @@ from blind.seal import SealError, digest, unseal
 from blind.session_files import STAMP_S, write_session
 
 
+pytestmark = pytest.mark.timeout(900)  # a busy machine
+
+
 def make(root: Path, out: Path, *options: str) -> subprocess.CompletedProcess[str]:
     words = [sys.executable, str(root / "tools" / "blind" / "make"), *options, str(out)]
     return subprocess.run(words, capture_output=True, text=True)
@@ -23,7 +26,7 @@ def make(root: Path, out: Path, *options: str) -> subprocess.CompletedProcess[st
 def made(root: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     out = tmp_path_factory.mktemp("blind") / "set"
     options = ("--seed", "7", "--set", "tune", "--cases", "40", "--jobs", "1")
-    done = make(root, out, "--only", "0", "13", "21", "25", *options)
+    done = make(root, out, "--only", "0", "13", "25", *options)
     assert done.returncode == 0, done.stderr
     again = make(root, out, *options)
     assert "nothing to do" in again.stdout
@@ -32,7 +35,7 @@ def made(root: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, st
 
 def test_folders_are_alike_in_all_but_the_numbers(made: tuple[Path, str]) -> None:
     folders = sorted((made[0] / "cases").iterdir())
-    assert len(folders) == 4
+    assert len(folders) == 3
     assert all(re.fullmatch("[0-9a-f]{12}", f.name) for f in folders)
     seen = {
         tuple(

@@ -30,7 +30,8 @@ Examples:
   snakebot diagnose --live new_logs --fast --yes --effect rate_limit:limit_rad_s=1.5
 
 \b
-Exit status: 0 a verdict was reached, whatever it is; 2 bad input (nothing written); 1 internal error.
+Exit status: 0 a verdict was reached, whatever it is; 2 bad input (nothing written); 1 internal error. With --live
+also those of `snakebot run`, where a run fails: its log stays, and no verdict is written.
 """
 
 

@@ -122,6 +122,8 @@ def _has_been_run(context: Context, stage: Stage) -> bool:
     power = float(np.mean(np.square(stage.command)))
     for run in context.data.runs:
         t = run.t_s
+        if getattr(run, "lifted", False) != stage.option.lifted:
+            continue
         if abs(t[-1] - stage.t_s[-1]) > 0.5 or not np.isfinite(run.command_rad).all():
             continue
         there = np.stack([np.interp(stage.t_s, t, column) for column in run.command_rad.T], axis=1)

@@ -90,8 +90,10 @@ def test_a_delay_and_a_lag_are_told_apart_by_another_frequency_or_a_step() -> No
     ("truth", "rivals", "joints"),
     [
         ("command_delay:delay_s=0.03", ("command_delay", "second_order"), ALL),
-        ("deadband:width_deg=2,joints=3", ("deadband", "backlash"), (3,)),
-        ("rate_limit:limit_rad_s=2.6,joints=3", ("rate_limit", "voltage_sag"), (3,)),
+        pytest.param("deadband:width_deg=2,joints=3", ("deadband", "backlash"), (3,), marks=pytest.mark.slow),
+        pytest.param(
+            "rate_limit:limit_rad_s=2.6,joints=3", ("rate_limit", "voltage_sag"), (3,), marks=pytest.mark.slow
+        ),
     ],
 )
 def test_the_command_is_the_motion_and_runs_as_it_stands(
@@ -156,6 +158,7 @@ def test_one_explanation_needs_no_experiment() -> None:
     assert (found.experiment, found.channel) == (None, None)
 
 
+@pytest.mark.slow
 def test_a_motion_that_was_run_is_not_proposed_again() -> None:
     nxt = proposed("command_delay:delay_s=0.03", ("command_delay", "second_order"), ALL).experiment
     assert nxt is not None

@@ -13,7 +13,6 @@ from blind.cases import DURATION_S, RATE_HZ, SETS, make_case, plan
 from blind.seal import SealError, digest, unseal
 from blind.session_files import STAMP_S, write_session
 
-
 pytestmark = pytest.mark.timeout(900)  # a busy machine
 
 

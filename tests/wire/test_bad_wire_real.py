@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 
 TOOL = Path(__file__).parents[2] / "tools" / "bad_wire_run.py"
 WIRES = pytest.mark.parametrize("wire", ["pty", "tcp", "bus"])

@@ -214,6 +214,7 @@ def test_nothing_sent_and_nothing_executed_breaks_a_limit(case: dict[str, Any]) 
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)
 def test_nothing_breaks_a_limit_in_six_hundred_runs() -> None:
     begun: list[list[StepCheck]] = []
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from snakebot.errors import BadInputError
 from snakebot.robot import Robot
 from snakebot.runlog.naming import PART_SUFFIX, SUFFIX
+from snakebot.runlog.plausible import plausible
 from snakebot.runlog.records import Event, RawFrame
 from snakebot.runlog.run import Floats, Run
 
@@ -122,7 +123,7 @@ class RunLog:
         Of ticks with the same time (no run of ours has any) the first is taken, and none without a time.
 
         Raises:
-            BadInputError: the log holds no tick.
+            BadInputError: the log holds no tick, or numbers that no robot reaches.
         """
         timed = np.isfinite(self.t_s)  # those without a time are the last: ticks are ordered by it
         if not timed.any():
@@ -138,7 +139,7 @@ class RunLog:
             "late": self.late[keep],
             **self.telemetry_at(t_s),
         }
-        return Run(
+        run = Run(
             name=self.name,
             t_s=t_s,
             command_rad=self.sent_rad[keep],
@@ -150,6 +151,7 @@ class RunLog:
             extra=extra,
             metadata=self.metadata,
         )
+        return plausible(run, str(self.path))
 
     def columns(self) -> dict[str, NDArray[Any]]:
         """The ticks as flat named columns, each (N,): what the CSV and Parquet exports hold."""

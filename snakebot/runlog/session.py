@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from snakebot.errors import BadInputError
 from snakebot.robot import Robot, robot_from_mapping
 from snakebot.runlog.log import gait_from_mapping
+from snakebot.runlog.plausible import plausible
 from snakebot.runlog.reader import LogWarning
 from snakebot.runlog.run import Run, Session
 from snakebot.runlog.table import TABLE_SUFFIXES, Table, read_table
@@ -149,7 +150,8 @@ def run_from_table(path: Path, table: Table, joints: int, unknown: set[str], **a
     """Make a run of a table's columns; names of unknown columns are added to ``unknown``.
 
     Raises:
-        BadInputError: a required column is missing, the joint count differs, time does not rise.
+        BadInputError: a required column is missing, the joint count differs, time does not rise, numbers that no
+            robot reaches.
     """
     columns = table.columns
     for name in ("t_s", *(f"{kind}_{j}_rad" for kind in ("cmd", "enc") for j in range(1, joints + 1))):
@@ -182,7 +184,7 @@ def run_from_table(path: Path, table: Table, joints: int, unknown: set[str], **a
     }
     extra = {name: values for name, values in columns.items() if name not in used}
     unknown.update(name for name in (*extra, *table.texts) if not is_known_column(name))
-    return Run(
+    run = Run(
         t_s=t_s,
         command_rad=stack("cmd"),
         measured_rad=stack("enc"),
@@ -191,6 +193,7 @@ def run_from_table(path: Path, table: Table, joints: int, unknown: set[str], **a
         extra=extra,
         **about,
     )
+    return plausible(run, str(path))
 
 
 def check_time(path: Path, first_row: int, t_s: NDArray[np.float64]) -> None:

@@ -92,7 +92,7 @@ class HostEar:
     """Takes the set-points off the wire as they leave the host, and checks them at the host's own intervals."""
 
     def __init__(self, bench: Bench) -> None:
-        self.check = StepCheck(bench.robot, "sent", 2)
+        self.check = StepCheck(bench.robot, "sent", 3)  # the limiter's two, and both angles are rounded
         self._joints = bench.robot.joints
         self._parts: dict[int, dict[int, Setpoint]] = {}
         self._last: tuple[float, ...] | None = None
@@ -119,9 +119,9 @@ class HostEar:
                     for a in (groups[g].first_rad, groups[g].second_rad, groups[g].third_rad)
                 ]
                 now = tuple(angles[: self._joints])
-                if self._last is not None:
-                    self.check.step(self._last, now, message.interval_s)
-                self._last = now
+                before, self._last = self._last, now
+                if before is not None:
+                    self.check.step(before, now, message.interval_s)
 
 
 class ClockCheck:

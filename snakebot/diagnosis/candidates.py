@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 from itertools import product
 
@@ -19,6 +19,7 @@ from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects, find_effect
 
 Floats = NDArray[np.float64]
+Fixed = tuple[tuple[str, float | tuple[float, ...]], ...]
 
 HELPS_SE = 2.5  # an effect helps on a joint when its gain there is this many standard errors
 HELPS_SCORE = 0.03  # ... and at least this much (0.05: a tenth of the mean square)
@@ -109,7 +110,27 @@ def _per_joint(context: Context, base: Trial, effect: Effect) -> list[Candidate]
         if t.effect == effect.name
         for j in (t.joints or range(1, joints + 1))
     }
-    fixed = fixed_by(context.known, effect.name)
+    return [
+        candidate
+        for fixed in _kinds(context, effect)
+        for candidate in _of_kind(context, base, effect, fixed, taken)
+    ]
+
+
+def _kinds(context: Context, effect: Effect) -> list[Fixed]:
+    """Parameters that are not fitted: what the user knows, with each setting of the effect's switches."""
+    known = fixed_by(context.known, effect.name)
+    switches = [
+        p for p in effect.parameters if p.integer and p.upper - p.lower == 1 and p.name not in dict(known)
+    ]
+    return [
+        (*known, *((p.name, value) for p, value in zip(switches, values, strict=True)))
+        for values in product(*((p.lower, p.upper) for p in switches))
+    ]
+
+
+def _of_kind(context: Context, base: Trial, effect: Effect, fixed: Fixed, taken: Set[int]) -> list[Candidate]:
+    joints = context.data.joints
     terms = [Term(effect.name, (j + 1,), fixed) for j in range(joints)]
     rows = [
         _spread(t, [_values(t, s) for s in effect.starts(context.observed, (j,))])
@@ -145,7 +166,7 @@ def _named(subset: Sequence[int], count: int) -> tuple[int, ...] | None:
     return None if len(subset) == count else tuple(int(j) + 1 for j in subset)
 
 
-def _dear(context: Context, base: Trial, effect: Effect, taken: set[int]) -> list[Candidate]:
+def _dear(context: Context, base: Trial, effect: Effect, taken: Set[int]) -> list[Candidate]:
     """An effect that couples all joints, so that they cannot be tried at once: on those with a gap, together
     and alone.
     """

@@ -28,6 +28,7 @@ from snakebot.physics.servo_layout import (
     COMPLIANCE_RAD_NM,
     COULOMB_NM,
     DAMPING_RATIO,
+    DEADBAND_HARD,
     DEADBAND_RAD,
     DRAGGED,
     FILTERED,
@@ -154,7 +155,8 @@ def _motor(
     error = target - x
     band = p[DEADBAND_RAD]
     idle = abs(error) <= band and band > 0.0
-    goal = x if idle else target - math.copysign(band, error)
+    hard = p[DEADBAND_HARD] > 0.0
+    goal = x if idle else target - math.copysign(0.0 if hard else band, error)
     limit = p[RATE_LIMIT_RAD_S]
     if limit < math.inf and (p[RATE_DROP_PER_S] != 0.0 or p[RATE_DROP_PER_NM] != 0.0):
         opposing = load if goal > x else -load
@@ -162,7 +164,10 @@ def _motor(
         limit *= max(LOWEST_RATE_SHARE, share)
     if p[NATURAL_FREQ_RAD_S] > 0.0:
         return _second_order(x, v, goal, idle, p[NATURAL_FREQ_RAD_S], p[DAMPING_RATIO], limit, dt)
-    new = goal - _decay(goal - x, p[TIME_CONSTANT_S], limit, dt)
+    left = _decay(goal - x, p[TIME_CONSTANT_S], limit, dt)
+    if hard and not idle and abs(left) < band:
+        left = math.copysign(band, error)  # at the edge of the band the drive goes off
+    new = goal - left
     return new, (new - x) / dt
 
 

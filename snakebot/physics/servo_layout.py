@@ -20,6 +20,7 @@ Rows = npt.NDArray[np.float64]
     GAIN,  # joint angle over set-point
     OFFSET_RAD,
     DEADBAND_RAD,  # half width
+    DEADBAND_HARD,  # 1: outside the band the whole error drives; 0: what it exceeds the band by
     TIME_CONSTANT_S,  # first-order lag; where NATURAL_FREQ is set, a first-order filter in front of it
     NATURAL_FREQ_RAD_S,  # 0: the servo is first order
     DAMPING_RATIO,
@@ -38,8 +39,8 @@ Rows = npt.NDArray[np.float64]
     ARM_INERTIA_KG_M2,  # bench only
     ARM_DRAG_NM_S,  # bench only: viscous friction of the unpowered joint
     ARM_COULOMB_NM,  # bench only: dry friction of the unpowered joint
-) = range(23)
-PARAMETERS = 23
+) = range(24)
+PARAMETERS = 24
 
 DRIVEN, FREE_JOINT, RIGID_JOINT = 0.0, 1.0, 2.0
 

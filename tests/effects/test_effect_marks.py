@@ -168,6 +168,18 @@ def test_deadband_stops_short():
     assert np.all(small == 0.0)
 
 
+def test_both_kinds_of_deadband_stop_at_its_edge_and_only_the_soft_one_lags_behind():
+    t = np.arange(0, 3, 0.01)
+    band = math.radians(3)
+    moving = {}
+    for hard in (0, 1):
+        effect = [f"deadband:width_deg=3,hard={hard}"]
+        step = response(bench(), effect, t, np.ones((t.size, 1)), initial_rad=[0.0])
+        assert step[-1] == pytest.approx(1 - band)
+        moving[hard] = response(bench(), effect, t, 3 * t[:, None], initial_rad=[0.0])[t > 1]
+    assert moving[1] - moving[0] == pytest.approx(band, abs=1e-3)
+
+
 def test_gain_and_offset():
     t, command = sine()
     specs = ["command_gain:gain=0.8", "servo_offset:offset_deg=5"]

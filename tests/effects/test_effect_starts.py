@@ -98,7 +98,7 @@ def test_start_is_active_and_leads_to_the_truth(name):
     best = None
     for start in starts:
         spec = EffectSpec(name, start, truth.joints).checked(robot)
-        if any(p.integer and start[p.name] != truth.values[p.name] for p in effect.parameters):
+        if any(p.integer and spec.value(p.name) != truth.value(p.name) for p in effect.parameters):
             continue  # another link
         x0 = np.array([spec.value(p.name) for p in parameters])
         scale = np.maximum(np.abs(x0), [0.05 * p.typical if p.scale == "log" else 1e-3 for p in parameters])

@@ -33,10 +33,22 @@ class Deadband(Effect):
     )
     parameters = (
         Parameter("width_deg", "deg", 0.0, 30.0, "half width", typical=2.0, spread=2.0, scale="linear"),
+        Parameter(
+            "hard",
+            "",
+            0.0,
+            1.0,
+            "1: outside the band the whole error drives; 0: what it exceeds the band by",
+            typical=0.0,
+            spread=1.0,
+            default=0.0,
+            integer=True,
+        ),
     )
 
     def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         rows[joints, layout.DEADBAND_RAD] = math.radians(spec.value("width_deg"))
+        rows[joints, layout.DEADBAND_HARD] = spec.value("hard")
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
         amplitude = math.degrees(observed.over(observed.amplitude_rad, joints, 0.1))

@@ -1,4 +1,4 @@
-"""Thirty sealed cases, made, answered, experimented on and scored by the commands of docs/blind-check.md.
+"""Thirty sealed cases, made, answered and scored by the commands of docs/blind-check.md; and one experiment.
 
 The limits are far below what was measured when they were set, so that chance does not break them, and far above what a
 diagnosis scores that has lost a stage, an effect of the ground, or its noise floor. The sizes (3.6 to 8 floors) and
@@ -31,12 +31,11 @@ def test_reduced_set(root: Path, tmp_path: Path) -> None:
     cases, answers = tmp_path / "set", tmp_path / "answers"
     made = call(root, "make", "--seed", "1", "--set", "reduced", "--cases", str(CASES), str(cases))
     assert "SHA-256 of the seal" in made
-    call(root, "answer", str(cases), str(answers), "--limit", "2")
-    call(root, "answer", str(cases), str(answers))  # goes on
+    call(root, "answer", str(cases), str(answers), "--quick", "--limit", "2")
+    call(root, "answer", str(cases), str(answers), "--quick")  # goes on
     tried = [json.loads(line) for line in (answers / "answers.jsonl").read_text().splitlines()]
     assert len(tried) == len({t["token"] for t in tried}) == CASES
     assert [t for t in tried if t["status"] != 0] == []
-    call(root, "experiment", str(cases), str(answers), "--limit", "1", "--rounds", "1", "--control", "0")
     said = call(
         root,
         "score",
@@ -54,3 +53,36 @@ def test_reduced_set(root: Path, tmp_path: Path) -> None:
         assert (answers / picture).stat().st_size > 5000
     assert {key: found[key] for key in LEAST if found[key] < LEAST[key]} == {}, said
     assert {key: found[key] for key in MOST if found[key] > MOST[key]} == {}, said
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_an_experiment_is_made_and_answered_and_not_made_twice(root: Path, tmp_path: Path) -> None:
+    cases, answers = tmp_path / "set", tmp_path / "answers"
+    call(root, "make", "--seed", "2", "--set", "reduced", "--cases", "30", "--only", "25", str(cases))
+    (token,) = (folder.name for folder in (cases / "cases").iterdir())
+    effect = {
+        "effect": "voltage_sag",
+        "indistinguishable_from": ["rate_limit"],
+        "probability": 0.5,
+        "parameters": {},
+    }
+    first = {
+        "verdict": "explained",
+        "where": {"stage": "servo", "joints": [1]},
+        "causes": [effect],
+        "closure": {"joint_angle": {"closed": 0.9}, "forward_speed": None},
+        "next_experiment": {"command": "snakebot run --alpha 30 --beta 80 --omega 4 --duration 10 --ramp 2"},
+    }
+    answers.mkdir()
+    (answers / f"{token}.json").write_text(json.dumps(first))
+    (answers / "answers.jsonl").write_text(json.dumps({"token": token, "status": 0}) + "\n")
+    call(root, "experiment", str(cases), str(answers), "--rounds", "1")
+    made = sorted((answers / "experiments").iterdir())
+    written = [path.stat().st_mtime_ns for path in made]
+    call(root, "experiment", str(cases), str(answers), "--rounds", "1")
+    assert [path.name for path in made] == [f"{token}.proposed.1.json", f"{token}.random.1.json"]
+    for path in made:
+        assert json.loads(path.read_text())["schema"] == "snakebot.diagnosis/1"
+    assert [path.stat().st_mtime_ns for path in made] == written
+    assert "with experiments" in call(root, "score", str(answers), str(cases / "labels.sealed"))

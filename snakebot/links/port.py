@@ -118,6 +118,8 @@ def _serial(text: str, rest: str) -> SerialPort:
             if value is None:
                 raise BadInputError(f"port {text!r}: {key} needs a value; an example: {_SERIAL_EXAMPLE}")
             ours[key] = value
+        elif key == "file" and device.lower().startswith("spy://"):
+            raise BadInputError(f"port {text!r}: file= would write over that file; spy:// prints without it")
         elif _URL.match(device):
             others.append(part)  # pyserial's URLs have options of their own
         else:

@@ -89,6 +89,8 @@ FOUND_BY_FUZZING = {
         b'BO_ 1 A: 1 H\n SG_ a : 0|8@1+ (1E99999999,0) [0|1] "" H\n', b"BO_ 1 A: 1 H\nBO_ 1 B: 1 H\n",
         b'BO_ 1 A: 1 H\n SG_ a : 0|8@1+ (0,0) [0|1] "" H\n', b'BO_ 1 A: 1 H\n SG_ a : 0|8@0+ (1,0) [0|1] "" H\n',
     ],
+    "port": [b"serial:spy:///dev/ttyUSB0?file=/tmp/x", b"SPY://x?all&file=y", b"serial:/dev/x?baud=\xd9\xa1"],
+    "fault": [b"free:" + b"9" * 5000, b"free:3@" + b"9" * 400, b"rigid:1=" + b"9" * 5000],
     "name": [b"a" * 5000, b"penn_state\0", b"../../etc/passwd", b"/etc/passwd", b"\xff", b"", b".", b"robots/../../x"],
 }  # fmt: skip
 

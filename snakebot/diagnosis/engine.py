@@ -172,6 +172,11 @@ def _conclude(
         best = nominal
         rest = rest_of(context, nominal, nominal)
     by_chance = found.by_chance and not gap.significant.any()
+    untested = found.untested and bool(best.hypothesis.terms)
+    if untested:
+        warnings.append(
+            f"{best.hypothesis} shows in one motion only, so nothing tests it: record another motion like it"
+        )
     verdict = "explained" if by_chance else decide(gap, best, rest, noise is not None)
     progress("parameters and their uncertainty", 0.82)
     errors = standard_errors(context, best, tolerances=not quick)
@@ -333,7 +338,7 @@ def _weigh(
         else float(np.mean(after / allowed)),
         closed=float(1 - left / over) if over > 0 else 0.0,
         rivals=len(group),
-        motions=len(context.data.motions),
+        motions=1 if found.untested else len(context.data.motions),
         explained=explained,
     )
     closes = lead(context, best, without).mean

@@ -1,8 +1,8 @@
 """Which effects this data cannot tell apart: the winner is simulated at its fit, and the rivals are fitted to that.
 
 If a rival then comes as close as the noise allows, no search over this data could have preferred one to the
-other on good grounds, whichever happened to win. Nothing is wired in: the ties of one session are not those of
-another.
+other on good grounds, whichever happened to win. The same holds where both leave nothing beyond noise and tolerance,
+and one leads by little. Nothing is wired in: the ties of one session are not those of another.
 """
 
 from __future__ import annotations
@@ -14,12 +14,14 @@ import numpy as np
 
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.data import Data
+from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import bounds
 from snakebot.diagnosis.search import CLEAR_SE, lead, touched
 from snakebot.diagnosis.simulate import Simulator
 from snakebot.diagnosis.trial import Trial, run_trial
 
 ALIKE = 0.02  # a lead in score under this (4 % of the mean square) is no ground to prefer
+AT_THE_FLOOR = 0.15  # ... nor is one under this, where both leave nothing that counts: robots differ by more
 TOO_FAR = 0.5  # a rival that trails this much on the data itself is not refitted to the simulated ones
 
 
@@ -38,7 +40,8 @@ def indistinguishable(context: Context, best: Trial, rivals: Sequence[Trial]) ->
         if rows.any():
             apart = ideal.gain(told.fitted_square, refit.fitted_square, rows).mean
         seen = lead(context, best, rival)
-        if apart < ALIKE or seen.z < CLEAR_SE or seen.mean < ALIKE:
+        enough = AT_THE_FLOOR if not gap_of(context, rival).any else ALIKE
+        if apart < ALIKE or seen.z < CLEAR_SE or seen.mean < enough:
             out.append(rival)
     return out
 

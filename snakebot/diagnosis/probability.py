@@ -32,7 +32,7 @@ class Evidence:
         rest: mean square that is left on the blocks it touches, over what noise and tolerance allow.
         closed: share of the gap that is closed there.
         rivals: how many effects are in the group beside it.
-        motions: different motions in the session.
+        motions: different motions in the session; 1 where only one shows the cause.
         explained: whether all causes together leave too little over to speak of.
     """
 

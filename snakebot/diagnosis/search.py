@@ -26,6 +26,9 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 MOST_EFFECTS = 3
+LEAST_LEFT = (
+    0.03  # of the gap, that an effect may leave of the motions it was fitted to, if no other can test it
+)
 NO_TORQUE = 0.05  # of the usual load, below which a torque limit holds nothing
 NO_LOSS = 0.01  # held-out score that a simpler explanation may lose and still go first
 CLEAR_SE = 2.0
@@ -52,6 +55,7 @@ class Found:
         rivals: per term of ``best``, trials in which another effect takes its place, best first.
         path: (hypothesis) trials in the order in which effects were added.
         fits: every single effect as fitted to all free runs, held out or not.
+        untested: ``best`` shows in too few motions for any to be left out of its fit.
         by_chance: the cause shows in the scatter, whether or not the mean is off.
     """
 
@@ -61,6 +65,7 @@ class Found:
     rivals: tuple[tuple[Trial, ...], ...]
     path: tuple[Trial, ...]
     fits: tuple[Trial, ...] = ()
+    untested: bool = False
     by_chance: bool = False
 
 
@@ -97,11 +102,14 @@ def search(
         count = len(best.hypothesis.terms)
         round_, _ = _explore(context, best, library, _part(progress, str(best.hypothesis), count))
     best = _plain(context, prune(context, best), singles)
+    untested = not best.hypothesis.terms
+    if untested:
+        best = _only_fitted(context, nominal, singles)
     rivals = []
     for index in range(len(best.hypothesis.terms)):
         progress(f"rivals of {best.hypothesis.terms[index].effect}", 0.8 + 0.1 * index)
         rivals.append(_rivals(context, best, index, nominal, singles, library))
-    return Found(nominal, best, tuple(singles), tuple(rivals), tuple(path), (nominal, *fits))
+    return Found(nominal, best, tuple(singles), tuple(rivals), tuple(path), (nominal, *fits), untested)
 
 
 def _part(progress: Progress, name: str, done: int) -> Progress:
@@ -152,6 +160,27 @@ def closed_enough(context: Context, trial: Trial, nominal: Trial) -> bool:
     return not any(
         there and _excess(context, trial, side) > WORTH * _excess(context, nominal, side)
         for there, side in ((gap.significant.any(), angle), (gap.ground_significant, ground))
+    )
+
+
+def _only_fitted(context: Context, nominal: Trial, singles: Sequence[Trial]) -> Trial:
+    """Where nothing stands on motions left out, because only one shows it: the effect that accounts for it whole."""
+    gap = gap_of(context, nominal)
+    sides = [np.asarray(context.block_joint >= 0)] * bool(gap.significant.any())
+    sides += [np.asarray(context.block_joint < 0)] * gap.ground_significant
+    whole = [
+        t
+        for t in singles
+        if all(
+            _excess(context, replace(t, held_square=t.fitted_square), side)
+            < LEAST_LEFT * _excess(context, nominal, side)
+            for side in sides
+        )
+    ]
+    return min(
+        whole,
+        key=lambda t: (t.theta.size, -float(context.score(t.fitted_square)[context.selects].mean())),
+        default=nominal,
     )
 
 

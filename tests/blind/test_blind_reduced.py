@@ -1,8 +1,8 @@
 """Thirty sealed cases, made, answered and scored by the commands of docs/blind-check.md; and one experiment.
 
-The limits are far below what was measured when they were set, so that chance does not break them, and far above what a
-diagnosis scores that has lost a stage, an effect of the ground, or its noise floor. The sizes (3.6 to 8 floors) and
-seeds are those of a set of its own, used for nothing else.
+The limits lie far from what 92 quick answers on the set for calibrating gave (0.64, 0.84, 0.90, 0.95; 0.0, 0.24, 0.23, in
+the order below), so that chance does not break them, and far from what a diagnosis scores that has lost a stage or its
+noise floor. Sizes (3.6 to 8 floors) and seeds are those of a set of its own, used for nothing else.
 """
 
 import json
@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 CASES = 30
-LEAST = {"named": 0.6, "stage": 0.6, "joints": 0.5, "closure": 0.8}
-MOST = {"false_alarms": 0.35, "wrongly": 0.35, "brier": 0.4}
+LEAST = {"named": 0.3, "stage": 0.5, "joints": 0.5, "closure": 0.6}
+MOST = {"false_alarms": 0.25, "wrongly": 0.5, "brier": 0.4}
 
 
 def call(root: Path, script: str, *options: str) -> str:

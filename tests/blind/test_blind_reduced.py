@@ -1,8 +1,8 @@
 """Thirty sealed cases, made, answered and scored by the commands of docs/blind-check.md; and one experiment.
 
-The limits lie far from what 92 quick answers on the set for calibrating gave (0.64, 0.84, 0.90, 0.95; 0.0, 0.24, 0.23, in
-the order below), so that chance does not break them, and far from what a diagnosis scores that has lost a stage or its
-noise floor. Sizes (3.6 to 8 floors) and seeds are those of a set of its own, used for nothing else.
+The limits lie far from what 92 quick answers on the set for calibrating gave (0.64, 0.84, 0.90, 0.95; 0.0, 0.24,
+0.23, in the order below), so that chance does not break them, and far from what a diagnosis scores that has lost a
+stage or its noise floor. Sizes (3.6 to 8 floors) and seeds are those of a set of its own, used for nothing else.
 """
 
 import json

@@ -153,6 +153,7 @@ def test_a_pseudo_terminal_that_is_closed(tmp_path: Path) -> None:
 BUS_GOES_DOWN = """
 ip link set lo up && ip route add 239.0.0.0/8 dev lo || exit 77
 "$0" -m snakebot.cli.main board sim --can udp_multicast/239.74.163.2 >"$1/board" 2>&1 & board=$!
+trap 'kill $board' EXIT
 while ! grep -q port "$1/board"; do sleep 0.1; done
 "$0" -m snakebot.cli.main run --port can:udp_multicast/239.74.163.2 --alpha 40 --beta 60 --omega 2 --duration 60 \
     --log "$1/a.mcap" 2>"$1/said" & host=$!
@@ -162,7 +163,6 @@ ip link set lo down
 wait $host; echo "status $?"
 ip link set lo up && ip route add 239.0.0.0/8 dev lo
 "$0" -m snakebot.cli.main board info can:udp_multicast/239.74.163.2 --json
-kill $board
 """
 
 

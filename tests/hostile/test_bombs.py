@@ -16,6 +16,7 @@ LARGE = {"csv_gz": 6, "parquet": 500, "log": 15, "dbc": 4, "robot": 9, "session"
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 @pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="peak memory is asked of Linux")
 @pytest.mark.parametrize("kind", [kind for kind in PARSERS if kind in LARGE])
 def test_no_bomb_goes_off(kind: str) -> None:
@@ -30,6 +31,7 @@ def test_no_bomb_goes_off(kind: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 @pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="peak memory is asked of Linux")
 def test_no_bomb_of_the_small_parsers_goes_off() -> None:
     program = Path(__file__).with_name("bombs.py")

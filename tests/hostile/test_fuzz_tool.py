@@ -54,6 +54,7 @@ def test_each_finding_is_counted_once_and_its_input_kept(
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_commands_of_the_page_run(command: str) -> None:
     if "hypothesis" not in command:

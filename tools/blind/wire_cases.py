@@ -23,7 +23,7 @@ KINDS: tuple[tuple[str, float, float], ...] = (
     ("command_delay", 0.03, 0.08),
     ("command_gain", 0.05, 0.15),
     ("servo_offset", 3.0, 8.0),
-    ("payload", 1.0, 3.0),
+    ("payload", 1.5, 3.5),
     ("unknown", 0.0, 0.0),
 )
 UNKNOWN = (

@@ -59,9 +59,12 @@ def trails(folder: Path, tokens: list[str], pairs: list[Pair]) -> dict[str, dict
     return found
 
 
-def _rate(trail: list[Trail]) -> float:
-    """Experiments for one group resolved; those that never were count with all that was tried."""
-    return sum(t.made for t in trail) / max(sum(t.resolved for t in trail), 1e-9)
+def _rate(trail: list[Trail], least: float) -> float:
+    """Experiments for one group resolved; those that never were count with all that was tried.
+
+    ``least``: taken for the number resolved where none was. One half is against whom it is said of, one is for them.
+    """
+    return sum(t.made for t in trail) / max(sum(t.resolved for t in trail), least)
 
 
 def _bootstrap(values: list[float]) -> tuple[float, float]:
@@ -90,9 +93,9 @@ def experiment_figures(
     )
     rng = np.random.default_rng(0)
     if any(t.resolved for t in mine):
-        drawn = [_rate([mine[i] for i in rng.integers(len(mine), size=len(mine))]) for _ in range(500)]
+        drawn = [_rate([mine[i] for i in rng.integers(len(mine), size=len(mine))], 0.5) for _ in range(500)]
         low, high = _bootstrap(drawn)
-        value = _rate(mine)
+        value = _rate(mine, 0.5)
         rows.append(
             Figure(
                 "experiments",
@@ -115,14 +118,12 @@ def experiment_figures(
     both = [(arms["proposed"][t], arms["random"][t]) for t in arms["random"] if t in arms["proposed"]]
 
     def ratio(pick: list[tuple[Trail, Trail]]) -> float:
-        return _rate([b for _, b in pick]) / max(_rate([a for a, _ in pick]), 1e-9)
+        return _rate([b for _, b in pick], 1.0) / max(_rate([a for a, _ in pick], 0.5), 1e-9)
 
     if both and any(a.resolved for a, _ in both):
-        drawn = [
-            min(ratio([both[i] for i in rng.integers(len(both), size=len(both))]), 1e6) for _ in range(500)
-        ]
+        drawn = [ratio([both[i] for i in rng.integers(len(both), size=len(both))]) for _ in range(500)]
         low, high = _bootstrap(drawn)
-        value = min(ratio(both), 1e6)
+        value = ratio(both)
         rows.append(
             Figure(
                 "fewer",

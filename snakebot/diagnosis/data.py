@@ -47,6 +47,7 @@ class PreparedRun:
     motion: int  # runs of the same motion share this number
     hold_out: bool
     blocks: NDArray[np.int64]  # (N,) number of the block each sample belongs to
+    lifted: bool = False  # off the ground: nothing rubs, and where it went says nothing
 
     @property
     def period_s(self) -> float:
@@ -110,8 +111,9 @@ def _prepare_run(run: Run, motion: int, rad_per_count: float) -> tuple[PreparedR
     powered = np.isfinite(run.command_rad)
     use = np.isfinite(measured) & powered
     use &= ~_within_after(~powered, t, WAKE_UP_S)
+    lifted = run.metadata.get("lifted") is True
     pose = None
-    if run.pose is not None and np.isfinite(run.pose).any():
+    if not lifted and run.pose is not None and np.isfinite(run.pose).any():
         pose = run.pose.copy()
         known = np.isfinite(pose[:, 2])
         pose[known, 2] = np.unwrap(pose[known, 2])
@@ -125,11 +127,12 @@ def _prepare_run(run: Run, motion: int, rad_per_count: float) -> tuple[PreparedR
             use=use,
             applied_rad=run.applied_rad,
             pose=pose,
-            forward_speed_m_s=run.forward_speed_m_s,
+            forward_speed_m_s=None if lifted else run.forward_speed_m_s,
             omega_rad_s=omega,
             motion=motion,
             hold_out=run.hold_out,
             blocks=block_numbers(t),
+            lifted=lifted,
         ),
         int(bad.sum()),
     )
@@ -211,6 +214,8 @@ def motion_numbers(runs: Sequence[Run]) -> list[int]:
 
 def same_motion(a: Run, b: Run) -> bool:
     """Whether two runs were commanded alike (within ``SAME_MOTION`` of the amplitude, over most of their length)."""
+    if a.metadata.get("lifted") != b.metadata.get("lifted"):
+        return False
     if a.joints != b.joints or min(len(a), len(b)) < MIN_SAMPLES:
         return False
     ta, tb = a.t_s - a.t_s[0], b.t_s - b.t_s[0]

@@ -68,7 +68,6 @@ def propose(context: Context, rivals: Sequence[Trial], probability: float) -> Pr
         return Proposal(None, None)
     acted = {j + 1 for r in rivals for j in acted_joints(r.hypothesis, context.data.joints)}
     loads = any(context.simulator.stages(r.specs).feels_load for r in rivals)
-    loads &= all(hasattr(run, "lifted") for run in context.data.runs)  # else such a run would be misread
     options = menu(context.data.robot, sorted(acted), loads=loads)
     over_ground = any(acts_over_ground(r.hypothesis) for r in rivals)
     looks = [_first_look(Stage(context, option, over_ground=over_ground), rivals) for option in options]
@@ -122,7 +121,7 @@ def _has_been_run(context: Context, stage: Stage) -> bool:
     power = float(np.mean(np.square(stage.command)))
     for run in context.data.runs:
         t = run.t_s
-        if getattr(run, "lifted", False) != stage.option.lifted:
+        if run.lifted != stage.option.lifted:
             continue
         if abs(t[-1] - stage.t_s[-1]) > 0.5 or not np.isfinite(run.command_rad).all():
             continue

@@ -20,6 +20,7 @@ from snakebot.effects.effect import Track
 from snakebot.effects.prediction import GRID_S, servo_stage, setpoint_at
 from snakebot.effects.spec import EffectSpec
 from snakebot.effects.stages import Stages, assemble, filled
+from snakebot.lifted import lifted
 from snakebot.physics.servo_chain import DrivenChain
 from snakebot.physics.servo_layout import (
     FREE_JOINT,
@@ -54,7 +55,10 @@ class Simulator:
         self._loads: dict[int, Floats] = {}
         self._lock = Lock()
 
-    def stages(self, specs: Iterable[EffectSpec]) -> Stages:
+    def stages(self, specs: Iterable[EffectSpec], *, in_air: bool = False) -> Stages:
+        """The robot with its effects; ``in_air``: lifted off the ground, and what the ground does to it is gone."""
+        if in_air:
+            return assemble(lifted(self.robot), [s for s in specs if s.effect.stage != "body"])
         return assemble(self.robot, specs)
 
     def dear(self, specs: Iterable[EffectSpec]) -> bool:
@@ -79,9 +83,11 @@ class Simulator:
             rough: take the torques of the nominal motion for those that the servos bear, where that will do: no body
                 needs to be simulated then, and joints stay apart.
         """
-        stages = self.stages(specs)
+        specs = tuple(specs)
         wanted = range(len(self.data.runs)) if runs is None else runs
-        return [self._one(stages, i, rough, columns) for i in wanted]
+        in_air = {self.data.runs[i].lifted for i in wanted}
+        stages = {air: self.stages(specs, in_air=air) for air in in_air}
+        return [self._one(stages[self.data.runs[i].lifted], i, rough, columns) for i in wanted]
 
     def _one(self, stages: Stages, index: int, rough: bool, columns: Sequence[int] | None) -> Predicted:
         run = self.data.runs[index]
@@ -126,7 +132,8 @@ class Simulator:
 
     def between_samples(self, index: int, parts: int) -> tuple[Floats, Floats]:
         """Times (M,) and nominal joint angles (M, k) of a run, each sample's interval cut into ``parts``."""
-        run, stages = self.data.runs[index], self.stages(())
+        run = self.data.runs[index]
+        stages = self.stages((), in_air=run.lifted)
         steps = np.arange(run.t_s.size * parts - parts + 1) / parts
         t_s = np.interp(steps, np.arange(run.t_s.size), run.t_s)
         known = np.stack([np.interp(t_s, run.t_s, column) for column in self.measured[index].T], axis=1)
@@ -137,8 +144,8 @@ class Simulator:
     def load(self, index: int) -> Floats | None:
         """Torques (N, k) of the nominal motion; None on a bench without an arm."""
         if index not in self._loads:
-            stages = self.stages(())
             run = self.data.runs[index]
+            stages = self.stages((), in_air=run.lifted)
             track = stages.link(run.t_s, run.command_rad)
             torque = stages.torque_of(run.t_s, self.servo(stages, index, run, track))
             if torque is None:

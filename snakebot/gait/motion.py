@@ -22,6 +22,7 @@ from snakebot.gait.wave import Gait
 # Largest slope and curvature of the quintic over the unit interval.
 BLEND_PEAK_SLOPE = 15 / 8
 BLEND_PEAK_CURVATURE = 10 / math.sqrt(3)
+SHORTEST_BLEND_S = 1e-6  # no clock here is finer; what is shorter changes at once
 
 
 def blend(s: float) -> float:
@@ -127,6 +128,7 @@ class GaitMotion(Motion):
         if t_s < last.start_s + last.blend_s or (len(self._changes) > 1 and t_s <= last.start_s):
             raise BadInputError(f"the last change of gait ends only at {last.start_s + last.blend_s:.2f} s")
         phase, _ = self._wave(t_s)
+        blend_s = blend_s if blend_s > SHORTEST_BLEND_S else 0.0
         other = copy.copy(self)
         other._changes = [*self._changes, _Change(t_s, blend_s, gait, phase)]
         return other

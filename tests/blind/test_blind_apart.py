@@ -1,6 +1,8 @@
 """Reality and the product's simulation share no code, or the check would check nothing."""
 
 import ast
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -118,7 +120,9 @@ def test_one_process_answers_many_folders_and_outlives_bad_ones(tmp_path: Path) 
         assert first.answer is second.answer is None
         assert "no-such-option" in second.said
         assert one._process is process
-        late = one.ask(tmp_path / "set" / "cases" / "a", limit_s=0.0)
+        assert process is not None
+        os.kill(process.pid, signal.SIGSTOP)
+        late = one.ask(tmp_path / "set" / "cases" / "a", limit_s=0.2)
         assert late.status == -1
         assert one._process is None
     finally:

@@ -50,7 +50,7 @@ def test_shares_of_the_tolerances_stay_within_them(a: float, b: float) -> None:
     assert np.all(found >= [-1.0, 0.0])
     assert np.all(found <= 1.0)
     if -1 < a < 1 and 0 < b < 1:
-        assert found == pytest.approx([a, b], abs=0.06)
+        assert found == pytest.approx([a, b], rel=0.12, abs=0.03)  # held towards zero a little
 
 
 def test_a_tolerance_that_leaves_no_mark_is_not_made_use_of() -> None:

@@ -1,4 +1,4 @@
-"""A run of the robot in the air is predicted in the air: no ground, no way travelled, no repeat of one on the ground."""
+"""A run in the air is predicted in the air: no ground, no way travelled, no repeat of one on the ground."""
 
 from __future__ import annotations
 

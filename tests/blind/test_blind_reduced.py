@@ -59,7 +59,7 @@ def test_reduced_set(root: Path, tmp_path: Path) -> None:
 @pytest.mark.timeout(1800)
 def test_an_experiment_is_made_and_answered_and_not_made_twice(root: Path, tmp_path: Path) -> None:
     cases, answers = tmp_path / "set", tmp_path / "answers"
-    call(root, "make", "--seed", "2", "--set", "reduced", "--cases", "30", "--only", "25", str(cases))
+    call(root, "make", str(cases), "--seed", "2", "--set", "reduced", "--cases", "30", "--only", "25")
     (token,) = (folder.name for folder in (cases / "cases").iterdir())
     effect = {
         "effect": "voltage_sag",

@@ -20,6 +20,10 @@ SCHEMA = "snakebot.calibration/1"
 
 HIGHEST, LOWEST = 0.99, 0.01
 ONE_MOTION_AT_MOST = 0.5  # nothing could be held out: never more than a guess
+NOT_THE_WHOLE_STORY = (
+    100.0  # mean square left over the allowed one, above which a cause is never more than likely
+)
+LIKELY = 0.6
 FEATURES = ("lead", "rest", "closed", "rivals", "motions", "explained")
 
 
@@ -90,6 +94,8 @@ def probability(evidence: Evidence) -> float:
     rule = calibration()
     x = rule.intercept + float(np.dot(rule.weights, evidence.features()))
     p = float(np.clip(1 / (1 + np.exp(-x)), LOWEST, HIGHEST))
+    if evidence.rest > NOT_THE_WHOLE_STORY:
+        p = min(p, LIKELY)
     return min(p, ONE_MOTION_AT_MOST) if evidence.motions < 2 else p
 
 

@@ -1,5 +1,5 @@
-"""Intervals of parameters: from the scatter of the data, and from the nominal numbers that are only known
-within a tolerance.
+"""Intervals of parameters: from the scatter of the data, from the nominal numbers that are only known within a
+tolerance, and from what a real effect differs in from the library's.
 """
 
 from __future__ import annotations
@@ -21,14 +21,20 @@ Floats = NDArray[np.float64]
 
 SIGMAS = 1.96
 TOLERANCE_SIGMAS = 2.0  # a tolerance is taken for two standard deviations
+# Standard deviation of what no scatter shows: that the real effect is not quite the library's. From the blind robot's
+# set for calibrating, where it makes 95 % intervals hold 86 % of the true values; more would not help, the rest are
+# effects of another kind.
+MODEL_SHARE = 0.06
 
 
 def standard_errors(context: Context, trial: Trial, *, tolerances: bool = True) -> Floats:
     """(p,) standard errors of the parameters; inf where the data say nothing."""
     square = np.diag(trial.covariance).copy() if trial.theta.size else np.zeros(0)
     square = np.where(np.isnan(square), np.inf, square)
+    neutral = np.array([_neutral(p.name) for p in trial.hypothesis.parameters])
+    square = square + np.square(MODEL_SHARE * (trial.theta - neutral))
     if not tolerances or not trial.theta.size:
-        return np.sqrt(square)
+        return np.asarray(np.sqrt(square))
     body = any(term.stage == "body" for term in trial.hypothesis.terms)
     for robot in _off(context.data.robot, body):
         shifted = replace(
@@ -39,7 +45,12 @@ def standard_errors(context: Context, trial: Trial, *, tolerances: bool = True) 
         )
         moved = run_trial(shifted, trial.hypothesis, [trial.theta], cross=False).theta - trial.theta
         square = square + np.square(moved)
-    return np.sqrt(square)
+    return np.asarray(np.sqrt(square))
+
+
+def _neutral(name: str) -> float:
+    """Value at which an effect does nothing, from which its size is counted."""
+    return 1.0 if name == "gain" or name.endswith("_scale") else 0.0
 
 
 def _off(robot: Robot, body_too: bool) -> list[Robot]:

@@ -192,6 +192,8 @@ def test_smoothing_keeps_motion_and_takes_noise() -> None:
 
 
 def test_probabilities_rise_with_the_lead_and_fall_with_the_rest() -> None:
+    poor = Evidence(lead=3.0, rest=500.0, closed=0.98, rivals=0, motions=4, explained=True)
+    assert probability(poor) <= 0.6  # so much left over: not the whole story
     base = Evidence(lead=0.3, rest=1.0, closed=0.98, rivals=0, motions=4, explained=True)
     assert probability(replace(base, lead=1.0)) >= probability(base) >= probability(replace(base, lead=0.0))
     assert probability(replace(base, rest=50.0)) < probability(base)

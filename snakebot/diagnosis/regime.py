@@ -14,6 +14,7 @@ from snakebot.diagnosis.result import Regime
 Floats = NDArray[np.float64]
 
 REVERSAL = 0.15  # a joint slower than this share of its fastest is turning round
+LOAD_AXES = ("load", "angle")  # said beside another axis, the first that is clear
 CLEAR = 1.35  # a regime is worth a word when its rms is this much above the others'
 
 
@@ -118,24 +119,31 @@ def sentence(found: Sequence[Regime], *, rest: bool = False) -> str:
     def size(r: Regime) -> float:
         return r.rms_after_rad if rest else r.rms_before_rad
 
-    best: tuple[float, Regime, Regime] | None = None
+    apart: dict[str, tuple[float, Regime, Regime]] = {}
     for axis in dict.fromkeys(r.axis for r in found):
         bins = [r for r in found if r.axis == axis]
         if len(bins) < 2:
             continue
         high, low = max(bins, key=size), min(bins, key=size)
-        ratio = size(high) / max(size(low), 1e-12)
-        if best is None or ratio > best[0]:
-            best = (ratio, high, low)
+        apart[axis] = (size(high) / max(size(low), 1e-12), high, low)
     what = "the rest" if rest else "the gap"
-    if best is None:
+    if not apart:
         return f"{what} was not resolved by regime: too few samples"
-    ratio, high, low = best
+
+    def told(axis: str) -> str:
+        _, high, low = apart[axis]
+        return (
+            f"by {axis}: {np.degrees(size(high)):.2g} deg rms {high.bin}, "
+            f"{np.degrees(size(low)):.2g} deg rms {low.bin}"
+        )
+
+    first = max(apart, key=lambda axis: apart[axis][0])
+    ratio, high, _ = apart[first]
     if ratio < CLEAR:
         return (
             f"{what} is much the same at all speeds, angles and times ({np.degrees(size(high)):.2g} deg rms)"
         )
-    return (
-        f"{what} is largest by {high.axis}: {np.degrees(size(high)):.2g} deg rms {high.bin}, "
-        f"{np.degrees(size(low)):.2g} deg rms {low.bin}"
-    )
+    # where the load is not known, the angle stands for it: gravity pulls at an arm
+    others = [axis for axis in LOAD_AXES if axis in apart and axis != first and apart[axis][0] >= CLEAR]
+    second = f"; {told(others[0])}" if others and first not in LOAD_AXES else ""
+    return f"{what} is largest {told(first)}{second}"

@@ -22,6 +22,7 @@ from snakebot.diagnosis.folds import folds
 from snakebot.diagnosis.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.probability import Evidence, calibration, probability, shared
 from snakebot.diagnosis.reference import limited, play
+from snakebot.diagnosis.regime import sentence
 from snakebot.diagnosis.smoothing import smoothed
 from snakebot.diagnosis.trial import predicted_readings, run_trial
 from snakebot.effects import parse_effect, predict
@@ -216,3 +217,19 @@ def test_applied_set_points_clear_the_link_of_suspicion() -> None:
     assert link_is_clean(prepare(with_applied(0)))
     assert link_is_clean(prepare(with_applied(1)))
     assert not link_is_clean(prepare(with_applied(5)))
+
+
+def test_the_sentence_names_the_load_or_the_angle_beside_the_largest_regime() -> None:
+    def bins(axis: str, *rms: float) -> list[result.Regime]:
+        return [
+            result.Regime(axis=axis, bin=f"bin {i}", rms_before_rad=r, rms_after_rad=r / 2, samples=50)
+            for i, r in enumerate(rms)
+        ]
+
+    time, angle = bins("time since start", 0.1, 0.5), bins("angle", 0.1, 0.3)
+    both = sentence([*time, *angle])
+    assert both.startswith("the gap is largest by time since start: 29 deg rms bin 1, 5.7 deg rms bin 0")
+    assert both.endswith("; by angle: 17 deg rms bin 1, 5.7 deg rms bin 0")
+    assert "angle" not in sentence([*time, *bins("angle", 0.1, 0.12)])
+    assert sentence(angle, rest=True) == "the rest is largest by angle: 8.6 deg rms bin 1, 2.9 deg rms bin 0"
+    assert "much the same" in sentence(bins("load", 0.1, 0.11))

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
+from snakebot.diagnosis.causes import fit_entries, joints_of, noise_cause, speed_closed, weigh_causes
 from snakebot.diagnosis.chance import random_delay, unsteady
 from snakebot.diagnosis.closure import angle_closure, forward_speeds, scored_runs, speed_closure
 from snakebot.diagnosis.context import Context, make_context
 from snakebot.diagnosis.data import link_is_clean, prepare
 from snakebot.diagnosis.experiment import Proposal, propose
 from snakebot.diagnosis.gap import Gap, gap_of, named_joints
-from snakebot.diagnosis.groups import degenerate, indistinguishable
 from snakebot.diagnosis.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.localise import shares
-from snakebot.diagnosis.noise import Noise, noisy_encoders
-from snakebot.diagnosis.probability import Evidence, probability, shared
+from snakebot.diagnosis.noise import noisy_encoders
 from snakebot.diagnosis.regime import regimes, sentence
 from snakebot.diagnosis.result import (
     Cause,
@@ -28,22 +27,18 @@ from snakebot.diagnosis.result import (
     ClosureStep,
     Details,
     Diagnosis,
-    Estimate,
-    FitEntry,
-    RankingEntry,
     Regime,
     StageShares,
     Unexplained,
     Where,
 )
 from snakebot.diagnosis.sanity import check_data, check_session
-from snakebot.diagnosis.search import Found, lead, search, touched
+from snakebot.diagnosis.search import Found, search
 from snakebot.diagnosis.traces import traces
 from snakebot.diagnosis.trial import Trial, run_trial
-from snakebot.diagnosis.uncertainty import interval, standard_errors
+from snakebot.diagnosis.uncertainty import standard_errors
 from snakebot.diagnosis.verdict import Rest, decide, rest_of
 from snakebot.effects.registry import effects, find_effect
-from snakebot.effects.spec import EffectSpec
 from snakebot.errors import BadInputError
 from snakebot.runlog import Session
 
@@ -51,7 +46,6 @@ Floats = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 LOOKS_LIKE_DELAY = frozenset({"command_delay", "servo_lag", "second_order", "command_loss"})
-RANKED = 12
 
 
 def _quiet(text: str, share: float) -> None:
@@ -180,9 +174,9 @@ def _conclude(
     verdict = "explained" if by_chance else decide(gap, best, rest, noise is not None)
     progress("parameters and their uncertainty", 0.82)
     errors = standard_errors(context, best, tolerances=not quick)
-    causes, open_rivals, ranking = _causes(context, found, best, verdict == "explained", errors)
+    causes, open_rivals, ranking = weigh_causes(context, found, best, verdict == "explained", errors)
     if noise is not None:
-        causes.append(_noise_cause(context, noise))
+        causes.append(noise_cause(context, noise))
     progress("closure on held-out runs", 0.9)
     speeds = forward_speeds(context, best)
     steps = _steps(context, found, best)
@@ -193,9 +187,9 @@ def _conclude(
         steps=tuple(
             ClosureStep(
                 effect=after.hypothesis.terms[-1].effect,
-                joints=_joints_of(context, after.hypothesis.terms[-1]),
+                joints=joints_of(context, after.hypothesis.terms[-1]),
                 joint_angle_closed=angle_closure(context, nominal, after).closed,
-                forward_speed_closed=_speed_closed(context, after),
+                forward_speed_closed=speed_closed(context, after),
             )
             for _, after in steps
         ),
@@ -233,20 +227,13 @@ def _conclude(
             traces=traces(context, nominal, best),
             known=dict(context.known),
             seed=context.seed,
-            fits=_fits(context, found),
+            fits=fit_entries(context, found),
         ),
     )
 
 
 def _may_be(name: str, only: Sequence[str], exclude: Sequence[str]) -> bool:
     return name not in exclude and (not only or name in only)
-
-
-def _joints_of(context: Context, term: Term) -> tuple[int, ...]:
-    """1-based joints that a term acts on; none for the body."""
-    if term.stage == "body":
-        return ()
-    return term.joints if term.joints is not None else tuple(range(1, context.data.joints + 1))
 
 
 def _steps(context: Context, found: Found, best: Trial) -> list[tuple[Trial, Trial]]:
@@ -261,215 +248,6 @@ def _steps(context: Context, found: Found, best: Trial) -> list[tuple[Trial, Tri
         trials.append(known or run_trial(context, part, [start]))
     trials.append(best)
     return list(pairwise(trials))
-
-
-@dataclass(frozen=True, eq=False)
-class _Weighed:
-    """One term of the best explanation with what speaks for it."""
-
-    cause: Cause
-    group: list[Trial]
-    closes: float
-
-
-def _causes(
-    context: Context, found: Found, best: Trial, explained: bool, errors: Floats
-) -> tuple[list[Cause], list[Trial], tuple[RankingEntry, ...]]:
-    """Causes in the order of what they close, the rivals still open (best first), and the ranking."""
-    weighed: list[_Weighed] = []
-    at = 0
-    for index, term in enumerate(best.hypothesis.terms):
-        count = len(term.open)
-        rivals = found.rivals[index] if index < len(found.rivals) else ()
-        group = indistinguishable(context, best, rivals)
-        weighed.append(_weigh(context, found, best, index, group, rivals, errors[at : at + count], explained))
-        at += count
-    order = sorted(range(len(weighed)), key=lambda i: -weighed[i].closes)
-    open_rivals = [best, *weighed[order[0]].group] if weighed and weighed[order[0]].group else []
-    for i in order[1:]:
-        if not open_rivals and weighed[i].group:
-            open_rivals = [best, *weighed[i].group]
-    ranking = _ranking(context, found, best, [weighed[i] for i in order])
-    return [weighed[i].cause for i in order], open_rivals[:4], ranking
-
-
-def _weigh(
-    context: Context,
-    found: Found,
-    best: Trial,
-    index: int,
-    group: list[Trial],
-    rivals: Sequence[Trial],
-    errors: Floats,
-    explained: bool,
-) -> _Weighed:
-    term = best.hypothesis.terms[index]
-    theta = best.hypothesis.split(best.theta)[index]
-    alone = Hypothesis((term,))
-    single = next((t for t in found.singles if t.hypothesis == alone), None) or run_trial(
-        context, alone, [theta]
-    )
-    if len(best.hypothesis.terms) > 1:
-        kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index])
-        without = run_trial(context, best.hypothesis.without(index), [kept])
-    else:
-        without = found.nominal
-    rows = touched(context, best, without)
-    if not rows.any():
-        rows = context.selects
-    outside = [r for r in rivals if r not in group and not degenerate(best, r)]
-    ahead = min((lead(context, best, r).mean for r in outside), default=lead(context, best, without).mean)
-    allowed = context.allowed_square[rows]
-    before, after = without.held_square[rows], best.held_square[rows]
-    over = (
-        np.maximum(before - allowed, 0).sum()
-        if term.stage != "body"
-        else (np.maximum(before / allowed - 1, 0)).sum()
-    )
-    left = (
-        np.maximum(after - allowed, 0).sum()
-        if term.stage != "body"
-        else (np.maximum(after / allowed - 1, 0)).sum()
-    )
-    evidence = Evidence(
-        lead=ahead,
-        rest=float(np.mean(after) / np.mean(allowed))
-        if term.stage != "body"
-        else float(np.mean(after / allowed)),
-        closed=float(1 - left / over) if over > 0 else 0.0,
-        rivals=len(group),
-        motions=1 if found.untested else len(context.data.motions),
-        explained=explained,
-    )
-    closes = lead(context, best, without).mean
-    others = tuple(
-        name
-        for name in dict.fromkeys(t.hypothesis.terms[-1].effect if t.hypothesis.terms else "" for t in group)
-        if name and name != term.effect
-    )
-    fixed = dict(term.fixed)
-    spec = term.spec([float(v) for v in theta])
-    parameters: dict[str, Estimate] = {}
-    for parameter, value, error in zip(term.open, theta, errors, strict=True):
-        ends = interval(parameter, float(value), float(error))
-        parameters[parameter.name] = Estimate(
-            estimate=float(value),
-            ci95=ends,
-            unit=parameter.unit,
-            reason=None if ends is not None else "the data do not constrain it",
-        )
-    for name, value in spec.values.items():
-        if name not in parameters and not isinstance(value, tuple):
-            if (
-                find_effect(term.effect).name == "ground_friction"
-                and value == 1.0
-                and name in fixed
-                and name not in context.known
-            ):
-                continue
-            unit = find_effect(term.effect).parameter(name).unit
-            parameters[name] = Estimate(estimate=float(value), ci95=None, unit=unit, fixed=True)
-    cause = Cause(
-        effect=term.effect,
-        joints=_joints_of(context, term),
-        stage=term.stage,
-        probability=round(probability(evidence), 3),
-        parameters=parameters,
-        indistinguishable_from=others,
-        closure_alone=_closure_alone(context, found.nominal, single, term),
-        specification=str(spec),
-        evidence={
-            "lead": round(evidence.lead, 5),
-            "rest": round(evidence.rest, 4),
-            "closed": round(evidence.closed, 4),
-            "rivals": evidence.rivals,
-            "motions": evidence.motions,
-            "explained": float(explained),
-        },
-    )
-    return _Weighed(cause, group, closes)
-
-
-def _speed_closed(context: Context, trial: Trial) -> float | None:
-    found = speed_closure(context, forward_speeds(context, trial))
-    return None if found is None else found.closed
-
-
-def _closure_alone(context: Context, nominal: Trial, single: Trial, term: Term) -> float | None:
-    if term.stage == "body":
-        return _speed_closed(context, single)
-    return angle_closure(context, nominal, single).closed
-
-
-def _noise_cause(context: Context, noise: Noise) -> Cause:
-    spec = EffectSpec(
-        "encoder_noise",
-        {"std_deg": noise.std_deg},
-        None if len(noise.joints) == context.data.joints else noise.joints,
-    )
-    return Cause(
-        effect="encoder_noise",
-        joints=noise.joints,
-        stage="sensor",
-        probability=0.9,
-        parameters={"std_deg": Estimate(estimate=noise.std_deg, ci95=noise.ci95, unit="deg")},
-        closure_alone=None,
-        specification=str(spec),
-    )
-
-
-def _ranking(
-    context: Context, found: Found, best: Trial, weighed: Sequence[_Weighed]
-) -> tuple[RankingEntry, ...]:
-    """Explanations tried, best first. Probabilities: of the best, that all its causes are right, shared in
-    its group.
-    """
-    top = float(np.prod([w.cause.probability for w in weighed])) if weighed else 0.0
-    group = [best, *(t for w in weighed for t in w.group)]
-    parts = shared(top, [t.score(context) for t in group]) if weighed else []
-    entries: dict[Hypothesis, RankingEntry] = {}
-    listed = [
-        best,
-        *(t for w in weighed for t in w.group),
-        *found.singles,
-        *(t for r in found.rivals for t in r),
-        found.nominal,
-    ]
-    for trial in listed:
-        if trial.hypothesis in entries:
-            continue
-        behind = context.gain(best.held_square, trial.held_square)
-        own = next((p for t, p in zip(group, parts, strict=False) if t is trial), None)
-        entries[trial.hypothesis] = RankingEntry(
-            effects=trial.hypothesis.names,
-            joints=trial.hypothesis.joints(context.data.joints),
-            held_out_score=round(trial.score(context), 5),
-            delta=round(behind.mean, 5),
-            delta_se=round(behind.se, 5) if np.isfinite(behind.se) else 0.0,
-            probability=round(own, 3) if own is not None else 0.0,
-        )
-    rest = max(0.0, 1 - sum(e.probability for e in entries.values()))
-    others = [h for h, e in entries.items() if e.probability == 0.0]
-    if others and weighed:
-        small = shared(0.5 * rest, [entries[h].held_out_score for h in others])
-        for h, p in zip(others, small, strict=True):
-            entries[h] = entries[h].model_copy(update={"probability": round(p, 3)})
-    return tuple(sorted(entries.values(), key=lambda e: -e.held_out_score))[:RANKED]
-
-
-def _fits(context: Context, found: Found) -> tuple[FitEntry, ...]:
-    use = context.selects
-    samples = context.block_samples[use]
-    return tuple(
-        FitEntry(
-            effects=fit.hypothesis.names,
-            joints=fit.hypothesis.joints(context.data.joints),
-            parameters=fit.theta.size,
-            cost=round(float(-(context.score(fit.fitted_square)[use] * samples).sum()), 3),
-            samples=int(samples.sum()),
-        )
-        for fit in found.fits
-    )
 
 
 def _joint_rms(context: Context, trial: Trial) -> tuple[float, ...]:

@@ -1,0 +1,245 @@
+"""What speaks for each cause of the best explanation: its group, its probability, its parameters; and the ranking."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snakebot.diagnosis.closure import angle_closure, forward_speeds, speed_closure
+from snakebot.diagnosis.context import Context
+from snakebot.diagnosis.groups import degenerate, indistinguishable
+from snakebot.diagnosis.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.noise import Noise
+from snakebot.diagnosis.probability import Evidence, probability, shared
+from snakebot.diagnosis.result import Cause, Estimate, FitEntry, RankingEntry
+from snakebot.diagnosis.search import Found, lead, touched
+from snakebot.diagnosis.trial import Trial, run_trial
+from snakebot.diagnosis.uncertainty import interval
+from snakebot.effects.registry import find_effect
+from snakebot.effects.spec import EffectSpec
+
+Floats = NDArray[np.float64]
+
+RANKED = 12
+
+
+def joints_of(context: Context, term: Term) -> tuple[int, ...]:
+    """1-based joints that a term acts on; none for the body."""
+    if term.stage == "body":
+        return ()
+    return term.joints if term.joints is not None else tuple(range(1, context.data.joints + 1))
+
+
+@dataclass(frozen=True, eq=False)
+class _Weighed:
+    """One term of the best explanation with what speaks for it."""
+
+    cause: Cause
+    group: list[Trial]
+    closes: float
+
+
+def weigh_causes(
+    context: Context, found: Found, best: Trial, explained: bool, errors: Floats
+) -> tuple[list[Cause], list[Trial], tuple[RankingEntry, ...]]:
+    """Causes in the order of what they close, the rivals still open (best first), and the ranking."""
+    weighed: list[_Weighed] = []
+    at = 0
+    for index, term in enumerate(best.hypothesis.terms):
+        count = len(term.open)
+        rivals = found.rivals[index] if index < len(found.rivals) else ()
+        group = indistinguishable(context, best, rivals)
+        weighed.append(_weigh(context, found, best, index, group, rivals, errors[at : at + count], explained))
+        at += count
+    order = sorted(range(len(weighed)), key=lambda i: -weighed[i].closes)
+    open_rivals = [best, *weighed[order[0]].group] if weighed and weighed[order[0]].group else []
+    for i in order[1:]:
+        if not open_rivals and weighed[i].group:
+            open_rivals = [best, *weighed[i].group]
+    ranking = _ranking(context, found, best, [weighed[i] for i in order])
+    return [weighed[i].cause for i in order], open_rivals[:4], ranking
+
+
+def _weigh(
+    context: Context,
+    found: Found,
+    best: Trial,
+    index: int,
+    group: list[Trial],
+    rivals: Sequence[Trial],
+    errors: Floats,
+    explained: bool,
+) -> _Weighed:
+    term = best.hypothesis.terms[index]
+    theta = best.hypothesis.split(best.theta)[index]
+    alone = Hypothesis((term,))
+    single = next((t for t in found.singles if t.hypothesis == alone), None) or run_trial(
+        context, alone, [theta]
+    )
+    if len(best.hypothesis.terms) > 1:
+        kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index])
+        without = run_trial(context, best.hypothesis.without(index), [kept])
+    else:
+        without = found.nominal
+    rows = touched(context, best, without)
+    if not rows.any():
+        rows = context.selects
+    outside = [r for r in rivals if r not in group and not degenerate(best, r)]
+    ahead = min((lead(context, best, r).mean for r in outside), default=lead(context, best, without).mean)
+    allowed = context.allowed_square[rows]
+    before, after = without.held_square[rows], best.held_square[rows]
+    over = (
+        np.maximum(before - allowed, 0).sum()
+        if term.stage != "body"
+        else (np.maximum(before / allowed - 1, 0)).sum()
+    )
+    left = (
+        np.maximum(after - allowed, 0).sum()
+        if term.stage != "body"
+        else (np.maximum(after / allowed - 1, 0)).sum()
+    )
+    evidence = Evidence(
+        lead=ahead,
+        rest=float(np.mean(after) / np.mean(allowed))
+        if term.stage != "body"
+        else float(np.mean(after / allowed)),
+        closed=float(1 - left / over) if over > 0 else 0.0,
+        rivals=len(group),
+        motions=1 if found.untested else len(context.data.motions),
+        explained=explained,
+    )
+    closes = lead(context, best, without).mean
+    others = tuple(
+        name
+        for name in dict.fromkeys(t.hypothesis.terms[-1].effect if t.hypothesis.terms else "" for t in group)
+        if name and name != term.effect
+    )
+    fixed = dict(term.fixed)
+    spec = term.spec([float(v) for v in theta])
+    parameters: dict[str, Estimate] = {}
+    for parameter, value, error in zip(term.open, theta, errors, strict=True):
+        ends = interval(parameter, float(value), float(error))
+        parameters[parameter.name] = Estimate(
+            estimate=float(value),
+            ci95=ends,
+            unit=parameter.unit,
+            reason=None if ends is not None else "the data do not constrain it",
+        )
+    for name, value in spec.values.items():
+        if name not in parameters and not isinstance(value, tuple):
+            if (
+                find_effect(term.effect).name == "ground_friction"
+                and value == 1.0
+                and name in fixed
+                and name not in context.known
+            ):
+                continue
+            unit = find_effect(term.effect).parameter(name).unit
+            parameters[name] = Estimate(estimate=float(value), ci95=None, unit=unit, fixed=True)
+    cause = Cause(
+        effect=term.effect,
+        joints=joints_of(context, term),
+        stage=term.stage,
+        probability=round(probability(evidence), 3),
+        parameters=parameters,
+        indistinguishable_from=others,
+        closure_alone=_closure_alone(context, found.nominal, single, term),
+        specification=str(spec),
+        evidence={
+            "lead": round(evidence.lead, 5),
+            "rest": round(evidence.rest, 4),
+            "closed": round(evidence.closed, 4),
+            "rivals": evidence.rivals,
+            "motions": evidence.motions,
+            "explained": float(explained),
+        },
+    )
+    return _Weighed(cause, group, closes)
+
+
+def speed_closed(context: Context, trial: Trial) -> float | None:
+    """Closure of the forward speed; None without one."""
+    found = speed_closure(context, forward_speeds(context, trial))
+    return None if found is None else found.closed
+
+
+def _closure_alone(context: Context, nominal: Trial, single: Trial, term: Term) -> float | None:
+    if term.stage == "body":
+        return speed_closed(context, single)
+    return angle_closure(context, nominal, single).closed
+
+
+def noise_cause(context: Context, noise: Noise) -> Cause:
+    """Noisy encoders as a cause: seen in the scatter, not weighed against others."""
+    spec = EffectSpec(
+        "encoder_noise",
+        {"std_deg": noise.std_deg},
+        None if len(noise.joints) == context.data.joints else noise.joints,
+    )
+    return Cause(
+        effect="encoder_noise",
+        joints=noise.joints,
+        stage="sensor",
+        probability=0.9,
+        parameters={"std_deg": Estimate(estimate=noise.std_deg, ci95=noise.ci95, unit="deg")},
+        closure_alone=None,
+        specification=str(spec),
+    )
+
+
+def _ranking(
+    context: Context, found: Found, best: Trial, weighed: Sequence[_Weighed]
+) -> tuple[RankingEntry, ...]:
+    """Explanations tried, best first. Probabilities: of the best, that all its causes are right, shared in
+    its group.
+    """
+    top = float(np.prod([w.cause.probability for w in weighed])) if weighed else 0.0
+    group = [best, *(t for w in weighed for t in w.group)]
+    parts = shared(top, [t.score(context) for t in group]) if weighed else []
+    entries: dict[Hypothesis, RankingEntry] = {}
+    listed = [
+        best,
+        *(t for w in weighed for t in w.group),
+        *found.singles,
+        *(t for r in found.rivals for t in r),
+        found.nominal,
+    ]
+    for trial in listed:
+        if trial.hypothesis in entries:
+            continue
+        behind = context.gain(best.held_square, trial.held_square)
+        own = next((p for t, p in zip(group, parts, strict=False) if t is trial), None)
+        entries[trial.hypothesis] = RankingEntry(
+            effects=trial.hypothesis.names,
+            joints=trial.hypothesis.joints(context.data.joints),
+            held_out_score=round(trial.score(context), 5),
+            delta=round(behind.mean, 5),
+            delta_se=round(behind.se, 5) if np.isfinite(behind.se) else 0.0,
+            probability=round(own, 3) if own is not None else 0.0,
+        )
+    rest = max(0.0, 1 - sum(e.probability for e in entries.values()))
+    others = [h for h, e in entries.items() if e.probability == 0.0]
+    if others and weighed:
+        small = shared(0.5 * rest, [entries[h].held_out_score for h in others])
+        for h, p in zip(others, small, strict=True):
+            entries[h] = entries[h].model_copy(update={"probability": round(p, 3)})
+    return tuple(sorted(entries.values(), key=lambda e: -e.held_out_score))[:RANKED]
+
+
+def fit_entries(context: Context, found: Found) -> tuple[FitEntry, ...]:
+    """Every single effect as it was fitted, and none."""
+    use = context.selects
+    samples = context.block_samples[use]
+    return tuple(
+        FitEntry(
+            effects=fit.hypothesis.names,
+            joints=fit.hypothesis.joints(context.data.joints),
+            parameters=fit.theta.size,
+            cost=round(float(-(context.score(fit.fitted_square)[use] * samples).sum()), 3),
+            samples=int(samples.sum()),
+        )
+        for fit in found.fits
+    )

@@ -66,7 +66,11 @@ def align(
     for start in _valleys(shifts, costs):
         near = float(shifts[start])
         found = _least(misfit_at, max(near - 1.5 * step, low), min(near + 1.5 * step, high))
-        candidates.append((misfit_at(found), found))
+        misfit = misfit_at(found)
+        if math.isfinite(misfit):
+            candidates.append((misfit, found))
+    if not candidates:  # so few samples are known in both that there is nothing to compare
+        return None
     least = min(misfit for misfit, _ in candidates)
     misfit, shift = min((c for c in candidates if c[0] <= least + EQUALLY_GOOD), key=lambda c: abs(c[1]))
     overlap = min(a_t_s[-1], b_t_s[-1] - shift) - max(a_t_s[0], b_t_s[0] - shift)

@@ -29,7 +29,8 @@ from snakebot.runlog.records import Event, LinkStatistics, Pose, RawFrame, Telem
 
 FLUSH_S = 0.2  # with the time to sync, well within the half second that a crash may cost
 CHUNK_BYTES = 16 << 10
-WAKE_BYTES = 4 << 20
+WAKE_BYTES = 1 << 20
+GIVE_WAY_S, DISK_HANGS_S = 1e-3, 0.2
 MAX_QUEUE_BYTES = 64 << 20  # a disk that hangs for minutes is reported, not buffered without end
 
 
@@ -72,6 +73,7 @@ class RunWriter:
         self._queue: deque[bytes] = deque()
         self._queued_bytes = self._written_bytes = 0
         self._sequence = dict.fromkeys((channel.id for channel in channels.CHANNELS), 0)
+        self._writing_since_s: float | None = None
         self._error: str | None = None
         self._reported = self._closed = False
         if self.path.exists():
@@ -144,7 +146,15 @@ class RunWriter:
         self._queue.append(record)
         self._queued_bytes += len(record)
         if self._queued_bytes - self._written_bytes > WAKE_BYTES:
-            self._wake.set()  # far more than any robot sends: an import, or a simulation in virtual time
+            self._give_way()
+
+    def _give_way(self) -> None:
+        """Far more is waiting than any robot sends: an import, or a simulation in virtual time. Such a caller never
+        waits, and the interpreter's lock would hardly ever be the flusher's. Where the disk hangs, giving way would
+        not help, and the caller may be a loop that has a robot to drive."""
+        self._wake.set()
+        if self._writing_since_s is None or time.monotonic() - self._writing_since_s < DISK_HANGS_S:
+            time.sleep(GIVE_WAY_S)
 
     # --- closing
 
@@ -227,7 +237,10 @@ class RunWriter:
 
     def _write_chunk(self, batch: list[bytes]) -> None:
         if batch:
-            self._file.write(chunk(batch))
+            data = chunk(batch)
+            self._writing_since_s = time.monotonic()
+            self._file.write(data)
+            self._writing_since_s = None
             self._written_bytes += sum(map(len, batch))
 
     def _fail(self, why: str) -> None:

@@ -21,6 +21,7 @@ from snakebot.effects.registry import effects, find_effect
 Floats = NDArray[np.float64]
 Fixed = tuple[tuple[str, float | tuple[float, ...]], ...]
 
+CHANGED = 0.1  # of what a block is allowed, by which its mean square must differ to count
 HELPS_SE = 2.5  # an effect helps on a joint when its gain there is this many standard errors
 HELPS_SCORE = 0.03  # ... and at least this much (0.05: a tenth of the mean square)
 HELPS_SHARE = 0.2  # ... and at least this share of what it does for the joint it helps most
@@ -138,7 +139,7 @@ def _of_kind(context: Context, base: Trial, effect: Effect, fixed: Fixed, taken:
     ]
     starts = [np.stack([row[min(i, len(row) - 1)] for row in rows]) for i in range(max(map(len, rows)))]
     if terms and context.simulator.dear([terms[0].spec(starts[0][0])]):
-        return _dear(context, base, effect, taken)
+        return _dear(context, base, effect, fixed, taken)
     runs, fit = each_joint(context, base, terms, starts)
     gains = [_joint_gain(context, base, runs, fit.residual, j) for j in range(joints)]
     helped = [j for j in helped_joints(context, base, gains) if j + 1 not in taken]
@@ -155,7 +156,7 @@ def _of_kind(context: Context, base: Trial, effect: Effect, fixed: Fixed, taken:
         begin += _spread(term, [_values(term, s) for s in effect.starts(context.observed, subset)])[:1]
         out.append(_candidate(base, term, begin if term.open else [np.zeros(0)]))
         if len(subset) > 1 and term.open and _uneven(inside):
-            best = int(np.argmax([gains[j][0] for j in subset]))
+            best = int(np.argmax([gains[j].total for j in subset]))
             alone = Term(effect.name, (subset[best] + 1,), fixed)
             out.append(_candidate(base, alone, [fit.theta[subset[best]]]))
     return out
@@ -166,7 +167,9 @@ def _named(subset: Sequence[int], count: int) -> tuple[int, ...] | None:
     return None if len(subset) == count else tuple(int(j) + 1 for j in subset)
 
 
-def _dear(context: Context, base: Trial, effect: Effect, taken: Set[int]) -> list[Candidate]:
+def _dear(
+    context: Context, base: Trial, effect: Effect, fixed: Fixed, taken: Set[int]
+) -> list[Candidate]:
     """An effect that couples all joints, so that they cannot be tried at once: on those with a gap, together
     and alone.
     """
@@ -179,7 +182,6 @@ def _dear(context: Context, base: Trial, effect: Effect, taken: Set[int]) -> lis
         subsets.append(tuple(range(context.data.joints)))
     alone = joints if len(joints) <= MOST_ALONE else [j for j in joints if gap.joint_shares[j] > MOST_OF_IT]
     subsets += [(j,) for j in alone] if len(joints) > 1 else []
-    fixed = fixed_by(context.known, effect.name)
     out = []
     for subset in subsets:
         term = Term(effect.name, _named(subset, context.data.joints), fixed)
@@ -194,28 +196,44 @@ def _uneven(theta: Floats) -> bool:
     return bool(np.any(spread > 0.3 * np.abs(np.median(theta, axis=0))))
 
 
+@dataclass(frozen=True)
+class JointGain:
+    """What an effect gains on one joint: summed over all blocks, and its mean over those where it does something, with
+    the number of standard errors. A limit that is reached in one run says nothing in the others.
+    """
+
+    total: float
+    mean: float
+    z: float
+
+
 def _joint_gain(
     context: Context, base: Trial, runs: Sequence[int], residual: Floats, joint: int
-) -> tuple[float, float]:
-    """Mean gain and its number of standard errors on one joint, of (N, k) residuals of some runs, stacked."""
+) -> JointGain:
+    """The gain on one joint of (N, k) residuals of some runs, stacked."""
     block = np.concatenate([context.angle_blocks.of_sample[i][:, joint] for i in runs])
     used = block >= 0
     names, index, counts = np.unique(block[used], return_inverse=True, return_counts=True)
-    if names.size < 2:
-        return 0.0, 0.0
     new = np.bincount(index, weights=np.square(residual[used, joint])) / counts
     allowed = context.scale.square[names]
-    gain = 0.5 * (np.log1p(base.fitted_square[names] / allowed) - np.log1p(new / allowed))
-    difference = mean_difference(gain, context.angle_blocks.run[names])
-    return difference.mean, difference.z
+    old = base.fitted_square[names]
+    gain = 0.5 * (np.log1p(old / allowed) - np.log1p(new / allowed))
+    moved = np.abs(new - old) > CHANGED * allowed
+    if moved.sum() < 2:
+        return JointGain(0.0, 0.0, 0.0)
+    difference = mean_difference(gain[moved], context.angle_blocks.run[names[moved]])
+    return JointGain(float(gain.sum()), difference.mean, difference.z)
 
 
-def helped_joints(context: Context, base: Trial, gains: Sequence[tuple[float, float]]) -> list[int]:
-    """0-based joints with a gap, on which the gain over ``base`` (mean, number of errors) is clear."""
+def helped_joints(context: Context, base: Trial, gains: Sequence[JointGain]) -> list[int]:
+    """0-based joints with a gap, on which the gain over ``base`` is clear."""
     gap = gap_of(context, base).significant
-    best = max((mean for j, (mean, _) in enumerate(gains) if gap[j]), default=0.0)
-    least = max(HELPS_SCORE, HELPS_SHARE * best)
-    return [j for j, (mean, z) in enumerate(gains) if gap[j] and z > HELPS_SE and mean > least]
+    least = HELPS_SHARE * max((g.total for j, g in enumerate(gains) if gap[j]), default=0.0)
+    return [
+        j
+        for j, g in enumerate(gains)
+        if gap[j] and g.z > HELPS_SE and g.mean > HELPS_SCORE and g.total > least
+    ]
 
 
 def _wiring(context: Context, base: Trial) -> list[Candidate]:

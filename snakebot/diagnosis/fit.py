@@ -20,6 +20,7 @@ Ints = NDArray[np.int64]
 STEP = 1e-3  # of finite differences, on the fitted scale
 ENOUGH = 1e-4  # relative fall of the cost below which a unit is done
 LEAST_CURVATURE = 1e-12
+SLEEP_RAD = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +34,7 @@ class Problem:
         allowed_square: (B,) allowed spread of each block.
         lower, upper: (p,) bounds.
         logarithmic: (p,) fitted on a logarithmic scale.
+        idle: residual where what is fitted does nothing: a search that starts there stays there.
     """
 
     residual: Callable[[Floats], Floats]
@@ -42,6 +44,7 @@ class Problem:
     lower: Floats
     upper: Floats
     logarithmic: NDArray[np.bool_]
+    idle: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,10 +173,12 @@ def multi_start(
     stacked = np.stack(starts)
     units = np.arange(stacked.shape[1])
     residuals = [problem.residual(start) for start in starts]
+    asleep = np.stack([_asleep(problem, r, units.size) for r in residuals])
     best: Fit | None = None
     for first in (blunt, problem):
         weights = _Weights(first)
-        order = np.argsort(np.array([weights.cost(r)[0] for r in residuals]), axis=0, kind="stable")
+        cost = np.array([weights.cost(r)[0] for r in residuals])
+        order = np.argsort(np.where(asleep, np.inf, cost), axis=0, kind="stable")
         for place in range(min(keep, len(starts))):
             begin = stacked[order[place], units].copy()
             if first is blunt:
@@ -182,6 +187,15 @@ def multi_start(
             best = fit if best is None else _better(best, fit, problem)
     assert best is not None
     return minimise(problem, best.theta, 1, covariance=True) if covariance else best
+
+
+def _asleep(problem: Problem, residual: Floats, units: int) -> NDArray[np.bool_]:
+    """(U,) whether what is fitted does nothing there."""
+    if problem.idle is None:
+        return np.zeros(units, dtype=bool)
+    moved = np.zeros(units)
+    np.maximum.at(moved, problem.unit, np.abs(residual - problem.idle).max(axis=0, initial=0.0))
+    return moved < SLEEP_RAD
 
 
 def _blunt(problem: Problem, start: Floats) -> Floats:

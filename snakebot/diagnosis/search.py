@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.diagnosis.blocks import Difference
-from snakebot.diagnosis.candidates import Candidate, candidates, usable_effects
+from snakebot.diagnosis.candidates import CHANGED, Candidate, candidates, usable_effects
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis
@@ -35,7 +35,6 @@ CLEAR_SE = 2.0
 WORTH = (
     0.005  # share of the whole gap that an effect beside the first must close, and at which a rest is let be
 )
-CHANGED = 0.1  # of what a block is allowed, by which its mean square must differ to count
 MATTERS = 0.05  # held-out score on the blocks an effect touches: a tenth of their mean square
 CLOSE_RACE = 0.25  # rivals within this share of the winner's gain are cross-validated ...
 FEWEST_TRIALS, MOST_TRIALS = 3, 8  # ... within these bounds

@@ -29,6 +29,7 @@ from snakebot.physics.servo_layout import (
     RIGID_JOINT,
     SOURCE,
     TORQUE_LIMIT_NM,
+    loose,
     needs_fine_steps,
 )
 
@@ -65,8 +66,7 @@ class Simulator:
         """Whether the whole body must be simulated even for a rough prediction."""
         stages = self.stages(specs)
         rows = stages.servo_rows
-        weak = np.isfinite(rows[:, TORQUE_LIMIT_NM]).any() or (rows[:, LOCKED] == FREE_JOINT).any()
-        return stages.model is not None and bool(weak)
+        return stages.model is not None and _weak(rows)
 
     def predict(
         self,
@@ -119,7 +119,7 @@ class Simulator:
             else self.measured[index]
         )
         rows = stages.servo_rows
-        weak = np.isfinite(rows[:, TORQUE_LIMIT_NM]).any() or (rows[:, LOCKED] == FREE_JOINT).any()
+        weak = _weak(rows)
         load = None
         if stages.model is not None and stages.feels_load and rough and not weak:
             load = self.load(index)
@@ -153,6 +153,12 @@ class Simulator:
             with self._lock:
                 self._loads[index] = torque
         return self._loads[index]
+
+
+def _weak(rows: Floats) -> bool:
+    """Whether some joint goes where the rest of the body takes it."""
+    limited = np.isfinite(rows[:, TORQUE_LIMIT_NM]) | (rows[:, LOCKED] == FREE_JOINT) | loose(rows)
+    return bool(limited.any())
 
 
 def _some_joints(

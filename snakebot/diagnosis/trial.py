@@ -324,5 +324,7 @@ def each_joint(
         made = [p.reading_rad for p in predicted]
         return _left(context, made, runs, measured, use, block, limit)
 
-    problem = Problem(residual, columns, block, context.scale.square, lower, upper, log)
+    predicted = context.simulator.predict(base.specs, runs, rough=True, columns=[int(j) for j in wanted])
+    idle = _left(context, [p.reading_rad for p in predicted], runs, measured, use, block, limit)
+    problem = Problem(residual, columns, block, context.scale.square, lower, upper, log, idle)
     return runs, multi_start(problem, starts, 1, ROUGH_STEPS if dear else 10, covariance=False)

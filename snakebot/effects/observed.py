@@ -54,6 +54,11 @@ class Observed:
         return _pooled(self._rates(), lambda rate: np.nanquantile(np.abs(rate), 0.98))
 
     @cached_property
+    def top_rate_rad_s(self) -> Vector:
+        """As ``peak_rate_rad_s``, but of the fastest few samples: a limit that is reached in one run of many."""
+        return _pooled(self._rates(), lambda rate: np.nanquantile(np.abs(rate), 0.998))
+
+    @cached_property
     def amplitude_rad(self) -> Vector:
         """Half the range of motion, but for a per cent at each end."""
         return _pooled(

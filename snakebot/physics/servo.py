@@ -8,7 +8,7 @@ Set-points are held between ticks, so the response over a step is known in close
 rate limit exactly, second order exactly while neither bites. The step size does not show.
 
 Load. ``load_nm`` is the torque that the servo has to exert, positive where it pushes the joint to larger angles. Under
-a known load, or with an arm on a bench, sag and dry friction are quasi-static here. In a body they depend on all the
+a known load, or with an arm on a bench, sag, dry friction and play that the load takes up are quasi-static here. In a body they depend on all the
 rest: ``servo_chain`` works them out with the chain, and leaves them in HELD_BACK.
 """
 
@@ -24,6 +24,7 @@ from snakebot.physics.servo_layout import (
     ARM_DRAG_NM_S,
     ARM_GRAVITY_NM,
     ARM_INERTIA_KG_M2,
+    BACKLASH_LOADED,
     BACKLASH_RAD,
     COMPLIANCE_RAD_NM,
     COULOMB_NM,
@@ -120,7 +121,11 @@ def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: f
     motor = s[MOTOR] + s[HELD_BACK]
     loop = p[LOOP_COMPLIANCE_RAD_NM]
     s[DRAGGED] = _play(s[DRAGGED], motor - load * loop, p[COULOMB_NM] * loop)
-    s[OUTPUT] = _play(s[OUTPUT], s[DRAGGED] - load * p[COMPLIANCE_RAD_NM], 0.5 * p[BACKLASH_RAD])
+    centre, play = s[DRAGGED] - load * p[COMPLIANCE_RAD_NM], 0.5 * p[BACKLASH_RAD]
+    if p[BACKLASH_LOADED] > 0.0:  # quasi-static: it rests on the side that bears the load
+        s[OUTPUT] = centre if load == 0.0 else centre - math.copysign(play, load)
+    else:
+        s[OUTPUT] = _play(s[OUTPUT], centre, play)
     s[OUTPUT_RATE] = (s[OUTPUT] - before) / dt
 
 

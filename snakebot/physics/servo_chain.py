@@ -107,6 +107,7 @@ class DrivenChain:
         if model is not None:  # the chain sees to these, see servo_grip
             for column in (layout.COULOMB_NM, layout.LOOP_COMPLIANCE_RAD_NM, layout.COMPLIANCE_RAD_NM):
                 self.params[:, column] = 0.0
+            self.params[layout.loose(params), layout.BACKLASH_RAD] = 0.0
             line = self.params[:, layout.RATE_DROP_PER_NM] > 0
             self.params[line, layout.RATE_LIMIT_RAD_S] = math.inf
             self.params[line, layout.RATE_DROP_PER_NM] = self.params[line, layout.RATE_DROP_PER_S] = 0.0

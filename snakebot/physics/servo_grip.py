@@ -51,16 +51,17 @@ STICK_RAD_S = 2e-3  # a joint slower than this sticks
 ATTEMPTS = 4  # at a step, until no joint changes between sticking and slipping
 
 # Columns of a joint's grip, what the load can do to it.
-STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF, STALL, NO_LOAD, FADE = range(8)
-GRIP_COLUMNS = 8
+STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF, STALL, NO_LOAD, FADE, PLAY = range(9)
+GRIP_COLUMNS = 9
 # Rows of the scratch.
-OLD_BASE, OLD_PHI, OLD_DPHI, SLIDING, WEAK, PUSH, DRAG, KNOWN = range(8)
-SCRATCH_ROWS = 8
+OLD_BASE, OLD_PHI, OLD_DPHI, SLIDING, WEAK, PUSH, DRAG, KNOWN, SIDE = range(9)
+SCRATCH_ROWS = 9
 
 
 def grips_of(params: Rows, model: ChainModel) -> Vector:
-    """(joints, 8): spring and damper between motor and joint, dry friction, torque limit, whether the spring stands for
-    a stiff joint, the motor's line and how fast its no-load speed fades (1/s); no spring: prescribed.
+    """(joints, 9): spring and damper between motor and joint, dry friction, torque limit, whether the spring stands for
+    a stiff joint, the motor's line and how fast its no-load speed fades (1/s), half the play in which the joint swings;
+    no spring: prescribed.
     """
     give = params[:, layout.LOOP_COMPLIANCE_RAD_NM] + params[:, layout.COMPLIANCE_RAD_NM]
     coulomb, limit = params[:, layout.COULOMB_NM], params[:, layout.TORQUE_LIMIT_NM]
@@ -73,10 +74,10 @@ def grips_of(params: Rows, model: ChainModel) -> Vector:
     soft = give > 0
     stiffness = np.where(soft, 1.0 / np.where(soft, give, 1.0), inertia * STIFF_RAD_S**2)
     damping = 2.0 * np.where(soft, SOFT_DAMPING, 1.0) * np.sqrt(stiffness * inertia)
-    felt = soft | line | (coulomb > 0) | np.isfinite(limit)
-    return np.stack(
-        [np.where(felt, stiffness, 0.0), damping, coulomb, limit, ~soft, stall, no_load, fade], axis=1
-    )
+    play = np.where(layout.loose(params), 0.5 * params[:, layout.BACKLASH_RAD], 0.0)
+    felt = soft | line | (coulomb > 0) | np.isfinite(limit) | (play > 0)
+    columns = [np.where(felt, stiffness, 0.0), damping, coulomb, limit, ~soft, stall, no_load, fade, play]
+    return np.stack(columns, axis=1)
 
 
 @jit
@@ -103,9 +104,15 @@ def follow(
         z = state[j, SMOOTH_RATE] + y / SMOOTHING_S
         state[j, SMOOTH] = aim + fade * (y + z * h)
         state[j, SMOOTH_RATE] = fade * (state[j, SMOOTH_RATE] - z * h / SMOOTHING_S)
-        demand = grips[j, STIFFNESS] * (state[j, SMOOTH] - phi[j] - h * dphi[j])
+        twist = state[j, SMOOTH] - phi[j] - h * dphi[j]
+        side = math.copysign(grips[j, PLAY], twist)
+        scratch[SIDE, j] = side
+        demand = grips[j, STIFFNESS] * (twist - side)
         demand += grips[j, DAMPING] * (state[j, SMOOTH_RATE] - dphi[j]) + grips[j, STIFF] * load[j]
-        scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = _overdrawn(grips[j], demand, dphi[j], t)
+        if abs(twist) < grips[j, PLAY] or demand * side < 0.0:  # in the play, or on its way there: gears do not pull
+            scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = 1.0, 0.0, 0.0
+        else:
+            scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = _overdrawn(grips[j], demand, dphi[j], t)
         scratch[KNOWN, j] = grips[j, STIFF] * load[j]
         slides = grips[j, COULOMB] > 0.0 and abs(dphi[j]) > STICK_RAD_S
         scratch[SLIDING, j] = math.copysign(1.0, dphi[j]) if slides else 0.0
@@ -165,7 +172,7 @@ def _try_step(
         acc[j] = push[j] = stiffness[j] = damping[j] = phi_end[j] = dphi_end[j] = 0.0
         if kind[j] == FREE:
             continue
-        phi_end[j] = state[j, SMOOTH]
+        phi_end[j] = state[j, SMOOTH] - scratch[SIDE, j]
         dphi_end[j] = state[j, SMOOTH_RATE]
         if kind[j] == PRESCRIBED:
             acc[j] = (dphi_end[j] - dphi[j]) / h

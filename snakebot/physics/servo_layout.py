@@ -32,6 +32,7 @@ Rows = npt.NDArray[np.float64]
     LOOP_COMPLIANCE_RAD_NM,  # 1 / stiffness of the position loop that works against the dry friction
     COMPLIANCE_RAD_NM,  # 1 / stiffness between motor and output
     BACKLASH_RAD,  # full play
+    BACKLASH_LOADED,  # 1: the load decides on which side of the play the output lies; 0: friction keeps it where it is
     LOCKED,  # FREE_JOINT, RIGID_JOINT, or DRIVEN
     LOCK_RAD,  # angle of a rigid joint
     ARM_GRAVITY_NM,  # bench only: torque of a horizontal arm
@@ -39,8 +40,8 @@ Rows = npt.NDArray[np.float64]
     ARM_INERTIA_KG_M2,  # bench only
     ARM_DRAG_NM_S,  # bench only: viscous friction of the unpowered joint
     ARM_COULOMB_NM,  # bench only: dry friction of the unpowered joint
-) = range(24)
-PARAMETERS = 24
+) = range(25)
+PARAMETERS = 25
 
 DRIVEN, FREE_JOINT, RIGID_JOINT = 0.0, 1.0, 2.0
 
@@ -105,7 +106,14 @@ def feels_load(parameters: Rows) -> bool:
         or np.any(
             parameters[:, (RATE_DROP_PER_NM, COULOMB_NM, LOOP_COMPLIANCE_RAD_NM, COMPLIANCE_RAD_NM)] > 0
         )
+        or np.any(loose(parameters))
     )
+
+
+def loose(parameters: Rows) -> npt.NDArray[np.bool_]:
+    """(joints,) whether the output swings in the play of its gears as the load wants it to."""
+    swings: npt.NDArray[np.bool_] = (parameters[:, BACKLASH_RAD] > 0) & (parameters[:, BACKLASH_LOADED] > 0)
+    return swings
 
 
 def needs_fine_steps(parameters: Rows) -> bool:

@@ -29,10 +29,24 @@ class Backlash(Effect):
         ("deadband", "the same loop on command and angle"),
         ("joint_friction", "the same loop; its width changes with load"),
     )
-    parameters = (Parameter("width_deg", "deg", 0.0, 40.0, "full play", typical=3.0, spread=4.0),)
+    parameters = (
+        Parameter("width_deg", "deg", 0.0, 40.0, "full play", typical=3.0, spread=4.0),
+        Parameter(
+            "loaded",
+            "",
+            0.0,
+            1.0,
+            "1: the load decides on which side of the play the output lies; 0: friction keeps it where it is",
+            typical=0.0,
+            spread=1.0,
+            default=0.0,
+            integer=True,
+        ),
+    )
 
     def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         rows[joints, layout.BACKLASH_RAD] = math.radians(spec.value("width_deg"))
+        rows[joints, layout.BACKLASH_LOADED] = spec.value("loaded")
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
         amplitude = math.degrees(observed.over(observed.amplitude_rad, joints, 0.1))

@@ -38,7 +38,9 @@ class RateLimit(Effect):
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
         # above the fastest motion seen the objective is flat, and a fit would never move
         peak = observed.over(observed.peak_rate_rad_s, joints, 1.0)
-        return [{"limit_rad_s": self.parameters[0].clip(share * peak)} for share in (0.6, 0.95)]
+        top = observed.over(observed.top_rate_rad_s, joints, 1.0)
+        near = (0.6 * peak, 0.95 * peak, 0.93 * top, 0.97 * top, 1.01 * top)
+        return [{"limit_rad_s": self.parameters[0].clip(limit)} for limit in near]
 
 
 EFFECT = RateLimit()

@@ -47,8 +47,8 @@ class TorqueSpeed(Effect):
         load = observed.over(observed.peak_load_nm, joints, 1.0)
         speed, stall = self.parameters
         return [
-            {"no_load_rad_s": speed.clip(share * peak), "stall_nm": stall.clip(2.5 * load)}
-            for share in (0.9, 1.3)
+            {"no_load_rad_s": speed.clip(share * peak), "stall_nm": stall.clip(loads * load)}
+            for share, loads in ((0.9, 2.5), (1.3, 2.5), (2.5, 1.4))
         ]
 
     def applies_to(self, robot: Robot) -> bool:

@@ -61,11 +61,14 @@ class VoltageSag(Effect):
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
         peak = observed.over(observed.peak_rate_rad_s, joints, 1.0)
+        top = observed.over(observed.top_rate_rad_s, joints, 1.0)
         limit, drop, _ = self.parameters
-        # one limit falls to half in the longest run, the other to four fifths
+        # Limits that fall to half in the longest run, or to four fifths; then those that pass the fastest motion seen
+        # half-way through it.
+        begin = ((0.9 * peak, 0.7), (0.7 * peak, 0.2), (1.2 * top, 0.4), (1.35 * top, 0.6))
         return [
-            {"initial_rad_s": limit.clip(share * peak), "drop_per_s": drop.clip(fall / observed.duration_s)}
-            for share, fall in ((0.9, 0.7), (0.7, 0.2))
+            {"initial_rad_s": limit.clip(first), "drop_per_s": drop.clip(fall / observed.duration_s)}
+            for first, fall in begin
         ]
 
 

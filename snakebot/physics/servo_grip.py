@@ -45,7 +45,8 @@ Vector = npt.NDArray[np.float64]
 # Motors and gears of finite inertia do not jump in speed as a first-order lag with held set-points does. Left in, those
 # jumps shake the wheels' dry friction loose and cost 4 % of the speed at 100 Hz, 10 % at 50 Hz.
 SMOOTHING_S = 0.01  # critically damped, between servo and chain
-STIFF_RAD_S = 60.0  # natural frequency of a stiff joint below its torque limit, besides what it knows to bear
+STIFF_RAD_S = 120.0  # natural frequency of a stiff joint below its torque limit, besides what it knows to bear
+CONTACT_RAD_S = 50.0  # of one with play in its gears, where they touch
 SOFT_DAMPING = 0.3  # damping ratio of a joint on a soft spring
 STICK_RAD_S = 2e-3  # a joint slower than this sticks
 ATTEMPTS = 4  # at a step, until no joint changes between sticking and slipping
@@ -72,9 +73,10 @@ def grips_of(params: Rows, model: ChainModel) -> Vector:
     fade = np.where(line, params[:, layout.RATE_DROP_PER_S], 0.0)
     inertia = felt_inertia_kg_m2(model)
     soft = give > 0
-    stiffness = np.where(soft, 1.0 / np.where(soft, give, 1.0), inertia * STIFF_RAD_S**2)
-    damping = 2.0 * np.where(soft, SOFT_DAMPING, 1.0) * np.sqrt(stiffness * inertia)
     play = np.where(layout.loose(params), 0.5 * params[:, layout.BACKLASH_RAD], 0.0)
+    stiff = inertia * np.where(play > 0, CONTACT_RAD_S, STIFF_RAD_S) ** 2
+    stiffness = np.where(soft, 1.0 / np.where(soft, give, 1.0), stiff)
+    damping = 2.0 * np.where(soft, SOFT_DAMPING, 1.0) * np.sqrt(stiffness * inertia)
     felt = soft | line | (coulomb > 0) | np.isfinite(limit) | (play > 0)
     columns = [np.where(felt, stiffness, 0.0), damping, coulomb, limit, ~soft, stall, no_load, fade, play]
     return np.stack(columns, axis=1)

@@ -167,9 +167,7 @@ def _named(subset: Sequence[int], count: int) -> tuple[int, ...] | None:
     return None if len(subset) == count else tuple(int(j) + 1 for j in subset)
 
 
-def _dear(
-    context: Context, base: Trial, effect: Effect, fixed: Fixed, taken: Set[int]
-) -> list[Candidate]:
+def _dear(context: Context, base: Trial, effect: Effect, fixed: Fixed, taken: Set[int]) -> list[Candidate]:
     """An effect that couples all joints, so that they cannot be tried at once: on those with a gap, together
     and alone.
     """

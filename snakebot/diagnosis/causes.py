@@ -24,6 +24,7 @@ from snakebot.effects.spec import EffectSpec
 Floats = NDArray[np.float64]
 
 RANKED = 12
+SEEN = 0.9  # probability of a cause that is seen in the scatter, not weighed against others
 
 
 def joints_of(context: Context, term: Term) -> tuple[int, ...]:
@@ -74,6 +75,7 @@ def _weigh(
     explained: bool,
 ) -> _Weighed:
     term = best.hypothesis.terms[index]
+    by_chance = found.by_chance and term.effect == "command_loss"
     theta = best.hypothesis.split(best.theta)[index]
     alone = Hypothesis((term,))
     single = next((t for t in found.singles if t.hypothesis == alone), None) or run_trial(
@@ -143,12 +145,14 @@ def _weigh(
         effect=term.effect,
         joints=joints_of(context, term),
         stage=term.stage,
-        probability=round(probability(evidence), 3),
+        probability=SEEN if by_chance else round(probability(evidence), 3),
         parameters=parameters,
         indistinguishable_from=others,
         closure_alone=_closure_alone(context, found.nominal, single, term),
         specification=str(spec),
-        evidence={
+        evidence={}
+        if by_chance
+        else {
             "lead": round(evidence.lead, 5),
             "rest": round(evidence.rest, 4),
             "closed": round(evidence.closed, 4),
@@ -183,7 +187,7 @@ def noise_cause(context: Context, noise: Noise) -> Cause:
         effect="encoder_noise",
         joints=noise.joints,
         stage="sensor",
-        probability=0.9,
+        probability=SEEN,
         parameters={"std_deg": Estimate(estimate=noise.std_deg, ci95=noise.ci95, unit="deg")},
         closure_alone=None,
         specification=str(spec),

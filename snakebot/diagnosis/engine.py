@@ -33,7 +33,7 @@ from snakebot.diagnosis.result import (
     Where,
 )
 from snakebot.diagnosis.sanity import check_data, check_session
-from snakebot.diagnosis.search import Found, search
+from snakebot.diagnosis.search import MOST_EFFECTS, Found, search
 from snakebot.diagnosis.traces import traces
 from snakebot.diagnosis.trial import Trial, run_trial
 from snakebot.diagnosis.uncertainty import standard_errors
@@ -122,29 +122,36 @@ def _check_options(exclude: Sequence[str], only: Sequence[str], known: Mapping[s
 
 
 def _by_chance(context: Context, found: Found, only: Sequence[str], exclude: Sequence[str]) -> Found:
-    """Lost set-points in the place of a delay, where what is left over shows them."""
+    """Lost set-points in the place of a delay, where what is left over shows them.
+
+    They shake the body between the samples, which no replay of samples sees: an effect of the body goes with the delay.
+    """
     name = "command_loss"
-    allowed = _may_be(name, only, exclude) and not link_is_clean(context.data)
-    if (
-        not allowed
-        or len(found.best.hypothesis.terms) > 1
-        or not set(found.best.hypothesis.names) <= LOOKS_LIKE_DELAY
-    ):
+    if link_is_clean(context.data):
         return found
     if not gap_of(context, found.nominal).significant.any() and not unsteady(context):
         return found
     if not random_delay(context, found.best).evident:
         return found
-    loss = next((t for t in found.singles if t.hypothesis.names == (name,)), None)
-    if loss is None:
-        loss = run_trial(context, Hypothesis((Term(name, None),)), [np.array([p]) for p in (0.1, 0.3, 0.6)])
+    if not _may_be(name, only, exclude):
+        return found if found.best.hypothesis.terms else replace(found, by_chance=True)
+    terms = found.best.hypothesis.terms
+    stays = [i for i, t in enumerate(terms) if t.effect not in LOOKS_LIKE_DELAY and t.stage != "body"]
+    if len(stays) == MOST_EFFECTS:
+        return found
+    parts = found.best.hypothesis.split(found.best.theta)
+    kept = Hypothesis(tuple(terms[i] for i in stays))
+    theta = np.concatenate([np.zeros(0), *(parts[i] for i in stays)])
+    starts = [np.append(theta, p) for p in (0.1, 0.3, 0.6)]
+    loss = run_trial(context, kept.plus(Term(name, None)), starts)
     rivals = tuple(t for t in found.singles if t.hypothesis.names != (name,))
     return replace(
         found,
         best=loss,
-        singles=(loss, *rivals),
-        rivals=(rivals,),
-        path=(found.nominal, loss),
+        singles=found.singles if stays else (loss, *rivals),
+        rivals=(*(found.rivals[i] for i in stays if i < len(found.rivals)), ()),
+        path=(found.nominal, run_trial(context, kept, [theta]), loss) if stays else (found.nominal, loss),
+        untested=False,
         by_chance=True,
     )
 
@@ -171,7 +178,9 @@ def _conclude(
         warnings.append(
             f"{best.hypothesis} shows in one motion only, so nothing tests it: record another motion like it"
         )
-    verdict = "explained" if by_chance else decide(gap, best, rest, noise is not None)
+    verdict = decide(gap, best, rest, noise is not None)
+    if by_chance:
+        verdict = "explained" if best.hypothesis.terms else "unexplained"
     progress("parameters and their uncertainty", 0.82)
     errors = standard_errors(context, best, tolerances=not quick)
     causes, open_rivals, ranking = weigh_causes(context, found, best, verdict == "explained", errors)

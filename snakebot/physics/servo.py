@@ -8,8 +8,8 @@ Set-points are held between ticks, so the response over a step is known in close
 rate limit exactly, second order exactly while neither bites. The step size does not show.
 
 Load. ``load_nm`` is the torque that the servo has to exert, positive where it pushes the joint to larger angles. Under
-a known load, or with an arm on a bench, sag, dry friction and play that the load takes up are quasi-static here. In a body they depend on all the
-rest: ``servo_chain`` works them out with the chain, and leaves them in HELD_BACK.
+a known load, or with an arm on a bench, sag, dry friction and play that the load takes up are quasi-static here. In a
+body they depend on all the rest: ``servo_chain`` works them out with the chain, and leaves them in HELD_BACK.
 """
 
 from __future__ import annotations

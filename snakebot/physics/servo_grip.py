@@ -1,9 +1,10 @@
 """How a chain follows its servos, compiled: which joints are prescribed, which swing, and which the load can hold back.
 
-A joint whose servo is stiff and strong is prescribed, one without torque swings, and one that the load can hold back
-(torque limit, torque-speed line, dry friction, a soft shaft or position loop) is driven by torque: a spring to where
-its motor is, as far as the torque goes, less friction. Spring and stiction are implicit; whether a joint slips is found
-by trying the step again.
+A joint whose servo is stiff and strong is prescribed, one without torque swings, and one that the load holds back
+(torque limit, torque-speed line, dry friction, a soft shaft or position loop, play) is driven by torque: a spring to
+where its motor is, as far as the torque goes, less friction. A stiff joint with a limit is prescribed until it meets
+the limit, and again when it has caught up. Spring and stiction are implicit; whether a joint slips is found by trying
+the step again.
 
 What a motor has is a line from stall to its no-load speed and beyond, where it brakes: stall (1 - rate / no load), the
 same the other way round. A limit cuts the line off: the lesser of the two holds at each instant. A motor at its line is
@@ -45,7 +46,8 @@ Vector = npt.NDArray[np.float64]
 # Motors and gears of finite inertia do not jump in speed as a first-order lag with held set-points does. Left in, those
 # jumps shake the wheels' dry friction loose and cost 4 % of the speed at 100 Hz, 10 % at 50 Hz.
 SMOOTHING_S = 0.01  # critically damped, between servo and chain
-STIFF_RAD_S = 120.0  # natural frequency of a stiff joint below its torque limit, besides what it knows to bear
+STIFF_RAD_S = 60.0  # natural frequency of a stiff joint that has met its limit, beside what it knows to bear
+CAUGHT_UP_RAD, CAUGHT_UP_RAD_S = 3e-4, 0.01  # within which it is stiff again
 CONTACT_RAD_S = 50.0  # of one with play in its gears, where they touch
 SOFT_DAMPING = 0.3  # damping ratio of a joint on a soft spring
 STICK_RAD_S = 2e-3  # a joint slower than this sticks
@@ -55,8 +57,8 @@ ATTEMPTS = 4  # at a step, until no joint changes between sticking and slipping
 STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF, STALL, NO_LOAD, FADE, PLAY = range(9)
 GRIP_COLUMNS = 9
 # Rows of the scratch.
-OLD_BASE, OLD_PHI, OLD_DPHI, SLIDING, WEAK, PUSH, DRAG, KNOWN, SIDE = range(9)
-SCRATCH_ROWS = 9
+OLD_BASE, OLD_PHI, OLD_DPHI, SLIDING, WEAK, PUSH, DRAG, KNOWN, SIDE, PULL = range(10)
+SCRATCH_ROWS = 10
 
 
 def grips_of(params: Rows, model: ChainModel) -> Vector:
@@ -99,8 +101,8 @@ def follow(
             kind[j] = FREE
             continue
         springy = grips[j, STIFFNESS] > 0.0 and params[j, LOCKED] == DRIVEN
+        was = kind[j]
         kind[j] = TORQUE if springy else PRESCRIBED
-        held = held or springy
         aim = state[j, MOTOR] if springy else state[j, OUTPUT]
         y = state[j, SMOOTH] - aim
         z = state[j, SMOOTH_RATE] + y / SMOOTHING_S
@@ -110,8 +112,17 @@ def follow(
         side = math.copysign(grips[j, PLAY], twist)
         scratch[SIDE, j] = side
         demand = grips[j, STIFFNESS] * (twist - side)
-        demand += grips[j, DAMPING] * (state[j, SMOOTH_RATE] - dphi[j]) + grips[j, STIFF] * load[j]
-        if abs(twist) < grips[j, PLAY] or demand * side < 0.0:  # in the play, or on its way there: gears do not pull
+        slip = state[j, SMOOTH_RATE] - dphi[j]
+        demand += grips[j, DAMPING] * slip + grips[j, STIFF] * load[j]
+        pull = slip / h  # acceleration of a joint that keeps up
+        if springy and was == PRESCRIBED and _keeps_up(grips[j]):
+            demand = torque[j] + grips[j, STIFFNESS] / STIFF_RAD_S**2 * (pull - scratch[PULL, j])
+        scratch[PULL, j] = pull
+        if springy and _strong(grips[j], was, demand, twist, slip, dphi[j], t):
+            kind[j] = PRESCRIBED
+            continue
+        held = held or springy
+        if abs(twist) < grips[j, PLAY] or demand * side < 0.0:  # in the play, or into it: gears do not pull
             scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = 1.0, 0.0, 0.0
         else:
             scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = _overdrawn(grips[j], demand, dphi[j], t)
@@ -120,7 +131,7 @@ def follow(
         scratch[SLIDING, j] = math.copysign(1.0, dphi[j]) if slides else 0.0
     for a in range(6):
         scratch[OLD_BASE, a] = base[a]
-    for attempt in range(ATTEMPTS if held else 1):
+    for attempt in range(ATTEMPTS):
         if attempt > 0:
             for a in range(6):
                 base[a] = scratch[OLD_BASE, a]
@@ -130,14 +141,33 @@ def follow(
         _try_step(
             links, slope, eps, grips, kind, base, phi, dphi, torque, power, work, stage, scratch, h, state
         )
-        if not held or not _slips(grips, kind, dphi, scratch):
+        wrong = _overtaxed(grips, kind, torque, scratch, t)
+        if not (held and _slips(grips, kind, dphi, scratch)) and not wrong:
             break
+        held = True
     for j in range(k):
         if kind[j] == FREE:
             state[j, OUTPUT] = phi[j]
             state[j, OUTPUT_RATE] = dphi[j]
-        elif kind[j] == TORQUE:
+        elif grips[j, STIFFNESS] > 0.0 and params[j, LOCKED] == DRIVEN:
             state[j, HELD_BACK] = phi[j] - state[j, SMOOTH]
+
+
+@jit
+def _keeps_up(grip: Any) -> bool:
+    """Whether nothing but a limit can hold this joint back."""
+    return grip[STIFF] > 0.0 and grip[COULOMB] == 0.0 and grip[PLAY] == 0.0
+
+
+@jit
+def _strong(grip: Any, was: int, demand: float, twist: float, slip: float, rate: float, t: float) -> bool:
+    """Whether a joint goes where its motor goes: one that did, until it takes more torque than there is; one that was
+    held back, when it has caught up.
+    """
+    if not _keeps_up(grip):
+        return False
+    near = abs(twist) < CAUGHT_UP_RAD and abs(slip) < CAUGHT_UP_RAD_S
+    return (was == PRESCRIBED or near) and _overdrawn(grip, demand, rate, t)[0] == 0.0
 
 
 @jit
@@ -196,6 +226,23 @@ def _try_step(
         links, slope, eps, h, kind, base, phi, dphi, acc, phi_end, dphi_end, acc, push, stiffness, damping, work, stage,
         torque, power,
     )  # fmt: skip
+
+
+@jit
+def _overtaxed(grips: Any, kind: Any, torque: Any, scratch: Any, t: float) -> bool:
+    """Whether the step just tried took more of a stiff joint's motor than it has; ``scratch`` is put right."""
+    wrong = False
+    for j in range(torque.size):
+        held = kind[j] == PRESCRIBED or (kind[j] == TORQUE and scratch[WEAK, j] == 0.0)
+        if not held or grips[j, STIFFNESS] == 0.0 or not _keeps_up(grips[j]):
+            continue
+        rate = scratch[OLD_DPHI, j]
+        sign, push, drag = _overdrawn(grips[j], torque[j], rate, t)
+        if sign != 0.0:
+            kind[j] = TORQUE
+            scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j], scratch[SLIDING, j] = sign, push, drag, 0.0
+            wrong = True
+    return wrong
 
 
 @jit

@@ -1,8 +1,10 @@
 """Which cases there are, and how large their effects: drawn from a seed, scaled to the noise floor.
 
-The floor of a case is what its robot differs by from the nominal one without any effect: mass, friction, lag and play
-a few per cent off, plus sensor noise. The size of an effect is the RMS of what it adds, over that floor: of the joint
-readings or, for effects of the body, of the path of the centre of mass.
+The floor of a case is what robots like its own differ by from the nominal one without any effect: mass, friction, lag
+and play a few per cent off, plus sensor noise. One robot alone would not do: one that happens to be nearly nominal has
+hardly a floor, and an effect of ten such floors is one that nobody could tell from healthy robots. The size of
+an effect is the RMS of what it adds, over that floor: of the joint readings or, for effects of the body, of the path of
+the centre of mass.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ PER_SET = 1_000_000
 RATE_HZ = 100.0
 DURATION_S = 10.0
 GAITS = 5
+OTHER_ROBOTS = 3  # whose floor counts beside that of the case's own
 PROBE_S = 5.0  # length of the runs that set the size of an effect
 # Shares of the strata. The rest are single effects.
 STRATA = {"no_gap": 0.3, "unknown": 0.1, "pair": 0.1, "left_out": 0.1}
@@ -150,10 +153,17 @@ def _rms(table: Table) -> float:
 
 
 def _floor(real: Parameters, gaits: list[tuple[float, float, float]], seed: int) -> tuple[float, float]:
-    """RMS between the real robot without an effect and the nominal one: rad a joint, m."""
-    is_rad, is_m = _probes(real, gaits, seed, noiseless=False)
+    """RMS between real robots without an effect, this one and others, and the nominal one: rad a joint, m."""
+    rng = np.random.default_rng(seed)
     should_rad, should_m = _probes(Parameters(), gaits, seed, noiseless=True)
-    return _rms(is_rad - should_rad), _rms(is_m - should_m)
+    found = [
+        _probes(robot, gaits, seed, noiseless=False)
+        for robot in (real, *(real_robot(rng) for _ in range(OTHER_ROBOTS)))
+    ]
+    return (
+        _rms(np.stack([is_rad - should_rad for is_rad, _ in found])),
+        _rms(np.stack([is_m - should_m for _, is_m in found])),
+    )
 
 
 def _put_in(

@@ -180,6 +180,41 @@ def test_both_kinds_of_deadband_stop_at_its_edge_and_only_the_soft_one_lags_behi
     assert moving[1] - moving[0] == pytest.approx(band, abs=1e-3)
 
 
+def test_play_that_the_load_takes_up_on_an_arm():
+    """The arm hangs on the lower side of the play, whichever way the motor last turned."""
+    arm = {"mass_kg": 0.5, "length_m": 0.15}
+    t = np.arange(0, 6, 0.01)
+    command = (1.2 * np.sin(2 * np.pi * t / 3))[:, None]
+    made = {
+        loaded: response(bench(arm=arm), [f"backlash:width_deg=4,loaded={loaded}"], t, command)
+        - response(bench(arm=arm), (), t, command)
+        for loaded in (0, 1)
+    }
+    later = t > 3
+    low = -np.sign(command[:, 0])  # down is at zero
+    far = later & (np.abs(command[:, 0]) > 0.3)
+    assert made[1][far] == pytest.approx(math.radians(2) * low[far], abs=1e-3)
+    assert np.abs(made[0][far] - math.radians(2) * low[far]).max() > math.radians(2)
+
+
+def test_play_that_the_load_takes_up_in_a_body():
+    """A joint swings in the play of its gears: never farther than half of it, and on the side that bears the load."""
+    robot = load_robot("penn_state")
+    t = np.arange(0, 8, 0.01)
+    phase = np.arange(robot.joints) * np.radians(80)
+    ramp = np.clip(t / 1.5, 0, 1)[:, None] ** 2
+    command = ramp * np.radians(50) * np.sin(2 * t[:, None] + phase)
+    half = math.radians(1.5)
+    nominal = predict(robot, (), t, command, quantise=False).joint_angle_rad
+    found = predict(robot, ["backlash:width_deg=3,loaded=1"], t, command, quantise=False)
+    swing = (found.joint_angle_rad - nominal)[t > 2]
+    load = found.load_nm[t > 2]
+    assert np.quantile(np.abs(swing), 0.98) < 1.15 * half
+    heavy = np.abs(load) > 0.5 * np.quantile(np.abs(load), 0.95)
+    assert np.mean(np.sign(swing[heavy]) == -np.sign(load[heavy])) > 0.95
+    assert np.mean(np.abs(swing[heavy])) > 0.75 * half
+
+
 def test_gain_and_offset():
     t, command = sine()
     specs = ["command_gain:gain=0.8", "servo_offset:offset_deg=5"]

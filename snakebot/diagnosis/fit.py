@@ -189,6 +189,26 @@ def multi_start(
     return minimise(problem, best.theta, 1, covariance=True) if covariance else best
 
 
+def refit(problem: Problem, theta: Floats, uses: Sequence[NDArray[np.bool_]]) -> list[Floats]:
+    """Minima (p,) near ``theta`` (p,) of one unit's cost where only some residuals count, one for each of ``uses``
+    (N, U'): one Gauss-Newton step each, from one simulation and one Jacobian that all share.
+    """
+    low, high = to_scale(problem.lower, problem), to_scale(problem.upper, problem)
+    z = np.clip(to_scale(theta[None], problem), low, high)
+    residual = problem.residual(from_scale(z, problem))
+    _, weight = _Weights(problem).cost(residual)
+    jacobian = _jacobian(problem, z, residual, high - low)
+    return [
+        from_scale(
+            np.clip(
+                z[0] + _step(jacobian, residual, np.where(use, weight, 0.0), 1e-3, z[0], low, high), low, high
+            ),
+            problem,
+        )
+        for use in uses
+    ]
+
+
 def _asleep(problem: Problem, residual: Floats, units: int) -> NDArray[np.bool_]:
     """(U,) whether what is fitted does nothing there."""
     if problem.idle is None:

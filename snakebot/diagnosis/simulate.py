@@ -68,6 +68,11 @@ class Simulator:
         rows = stages.servo_rows
         return stages.model is not None and _weak(rows)
 
+    def coupled(self, specs: Iterable[EffectSpec]) -> bool:
+        """Whether the whole body must be simulated, unless a rough prediction will do."""
+        stages = self.stages(specs)
+        return stages.model is not None and (stages.feels_load or _weak(stages.servo_rows))
+
     def predict(
         self,
         specs: Iterable[EffectSpec],

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from snakebot.diagnosis.allowance import shifts_s, stacked_rates
 from snakebot.diagnosis.context import Context
-from snakebot.diagnosis.fit import Fit, Problem, minimise, multi_start
+from snakebot.diagnosis.fit import Fit, Problem, minimise, multi_start, refit
 from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis, Term, bounds
 from snakebot.effects.spec import EffectSpec
@@ -25,7 +25,7 @@ Ints = NDArray[np.int64]
 FOLD_STEPS = 8
 FULL_STEPS = 30
 ROUGH_STEPS = 6
-DEAR_STEPS, DEAR_FOLD_STEPS = 12, 3  # where the whole body must be simulated: a start is near, a fold nearer
+DEAR_STEPS = 12  # where the whole body must be simulated, and a start is near
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +98,9 @@ def run_trial(
 
     ``rough``: a first look, with loads of the nominal motion, no interval.
     """
-    runs, steps, fold_steps = context.free_runs, FULL_STEPS, FOLD_STEPS
+    runs, steps = context.free_runs, FULL_STEPS
     if len(starts) and context.simulator.dear(hypothesis.specs(starts[0])):
-        steps, fold_steps = DEAR_STEPS, DEAR_FOLD_STEPS
+        steps = DEAR_STEPS
         if rough:
             runs, steps = context.telling_runs, ROUGH_STEPS
     theta, covariance = _fit(
@@ -108,10 +108,7 @@ def run_trial(
     )
     fold_theta = [theta] * len(context.folds)
     if cross and theta.size:
-        fold_theta = [
-            _fit(context, hypothesis, [theta], fold.fit, fold_steps, 1, covariance=False)[0]
-            for fold in context.folds
-        ]
+        fold_theta = _fold_thetas(context, hypothesis, theta)
     return _scored(context, hypothesis, theta, covariance, fold_theta, cross=cross, rough=rough)
 
 
@@ -128,6 +125,7 @@ def _scored(
     """The trial of a fit: each fold's runs are predicted, and shifted in time, by what its other runs say."""
     limit = context.shift_limits_s(hypothesis)
     blocks = context.angle_blocks
+    coupled = context.simulator.coupled(hypothesis.specs(theta))
 
     def predicted(at: Floats, runs: Sequence[int]) -> list[Floats]:
         specs = hypothesis.specs(at)
@@ -149,7 +147,8 @@ def _scored(
     for fold, own in zip(context.folds, fold_theta, strict=False):
         mixed = list(readings)
         if own is not theta:
-            seen = sorted((*fold.fit, *fold.score)) if limit.any() else sorted(fold.score)
+            # Where a body must be simulated, the shifts in time of the fitted runs are those at ``theta``.
+            seen = sorted((*fold.fit, *fold.score)) if limit.any() and not coupled else sorted(fold.score)
             for index, reading in zip(seen, predicted(own, seen), strict=True):
                 mixed[index] = reading
         shifted = context.residuals(mixed, context.shifts_s(mixed, fold.fit, limit))
@@ -165,6 +164,43 @@ def _scored(
     return Trial(hypothesis, theta, covariance, fitted, held, held_readings, held_left, tuple(run_theta))
 
 
+def _fold_thetas(context: Context, hypothesis: Hypothesis, theta: Floats) -> list[Floats]:
+    """Parameters (p,) fitted to each fold's runs, from ``theta``, which was fitted to all. Where the whole body must be
+    simulated, those before the ground take one step from there: what a run more or less changes is little.
+    """
+    coupled = context.simulator.coupled(hypothesis.specs(theta))
+    sides = (True,) if coupled else (True, False)
+    found = [
+        _fit(context, hypothesis, [theta], fold.fit, FOLD_STEPS, 1, covariance=False, sides=sides)[0]
+        for fold in context.folds
+    ]
+    mine = ~_of_body(hypothesis)
+    if not (coupled and mine.any()):
+        return found
+
+    def whole(part: Floats) -> tuple[EffectSpec, ...]:
+        full = theta.copy()
+        full[mine] = part
+        return hypothesis.specs(full)
+
+    lower, upper, log = bounds(hypothesis.parameters)
+    box = (lower[mine], upper[mine], log[mine])
+    problem = _angle_problem(context, hypothesis, whole, context.free_runs, *box, rough=False)
+    if problem is None:
+        return found
+    uses = [
+        np.isin(context.block_run, fold.fit)[problem.block] & (problem.block >= 0) for fold in context.folds
+    ]
+    for full, part in zip(found, refit(problem, theta[mine], uses), strict=True):
+        full[mine] = part
+    return found
+
+
+def _of_body(hypothesis: Hypothesis) -> NDArray[np.bool_]:
+    """(p,) which parameters are those of the body."""
+    return np.array([term.stage == "body" for term in hypothesis.terms for _ in term.open], dtype=bool)
+
+
 def _fit(
     context: Context,
     hypothesis: Hypothesis,
@@ -174,16 +210,21 @@ def _fit(
     keep: int,
     covariance: bool = True,
     rough: bool = False,
+    sides: Sequence[bool] = (True, False),
 ) -> tuple[Floats, Floats]:
-    """Parameters (p,) and their covariance, fitted to some runs."""
+    """Parameters (p,) and their covariance, fitted to some runs.
+
+    ``sides``: parameters of the body (True), all others (False). The body comes first: angles hardly know of it, but it
+    knows of the load.
+    """
     count = len(hypothesis.parameters)
     best = np.array(starts[0], dtype=np.float64) if len(starts) else np.zeros(0)
     spread = np.full((count, count), np.nan)
     if count == 0:
         return best, spread
     lower, upper, log = bounds(hypothesis.parameters)
-    body = np.array([term.stage == "body" for term in hypothesis.terms for _ in term.open], dtype=bool)
-    for side in (True, False):  # body first: angles hardly know of it, but it knows of the load
+    body = _of_body(hypothesis)
+    for side in sides:
         mine = body if side else ~body
         if not mine.any():
             continue

@@ -156,7 +156,8 @@ def follow(
 @jit
 def _keeps_up(grip: Any) -> bool:
     """Whether nothing but a limit can hold this joint back."""
-    return grip[STIFF] > 0.0 and grip[COULOMB] == 0.0 and grip[PLAY] == 0.0
+    nothing_else: bool = grip[STIFF] > 0.0 and grip[COULOMB] == 0.0 and grip[PLAY] == 0.0
+    return nothing_else
 
 
 @jit

@@ -29,9 +29,9 @@ test: $(VENV)/.tested  ## the default suite
 slow: $(VENV)/.tested  ## what the default suite leaves out
 	$(BIN)/python -m pytest -n 2 -m slow
 
-SEED ?= 2
+SEED ?= 3
 CASES ?= 340
-TRAIN ?= 150
+TRAIN ?= 80
 BLIND := build/blind-$(SEED)-$(CASES)
 LEARN := build/blind-tune-$(SEED)-$(TRAIN) build/blind-calibrate-$(SEED)-$(TRAIN)
 blind: $(VENV)/.tested  ## the diagnosis on sealed cases of another robot; goes on where it was stopped

@@ -168,6 +168,10 @@ def _conclude(
     nominal, best = found.nominal, found.best
     gap = gap_of(context, nominal)
     noise = noisy_encoders(context) if _may_be("encoder_noise", only, exclude) else None
+    if noise is not None and gap.ground_significant and not gap.significant.any():
+        # the motion over ground is told from the readings, and these shake: an effect of the body would be a guess
+        gap = replace(gap, ground_significant=False)
+        warnings.append("the encoders are too noisy to say anything about the motion over ground")
     rest = rest_of(context, nominal, best)
     if not gap.any and not found.by_chance:
         best = nominal

@@ -6,7 +6,7 @@ errors and large enough to matter, and is taken out again when the explanation d
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -37,7 +37,8 @@ WORTH = (
 )
 MATTERS = 0.05  # held-out score on the blocks an effect touches: a tenth of their mean square
 CLOSE_RACE = 0.25  # rivals within this share of the winner's gain are cross-validated ...
-FEWEST_TRIALS, MOST_TRIALS = 3, 8  # ... within these bounds
+FEWEST_TRIALS, MOST_TRIALS = 3, 6  # ... within these bounds
+MOST_RIVALS = 8  # effects tried in another's place
 THREADS = 2
 
 Progress = Callable[[str, float], None]
@@ -83,6 +84,7 @@ def search(
     ill = [j for j in range(context.data.joints) if gap.significant[j]] + [-1] * gap.ground_significant
     context.settle(~np.isin(context.block_joint, ill), nominal.held_square)
     singles, fits = _explore(context, nominal, library, lambda text, share: progress(text, 0.4 * share))
+    tried = {nominal.hypothesis: fits}
     path = [nominal]
     best = nominal
     round_ = singles
@@ -99,15 +101,17 @@ def search(
         if len(best.hypothesis.names) >= limit or closed_enough(context, best, nominal):
             break
         count = len(best.hypothesis.terms)
-        round_, _ = _explore(context, best, library, _part(progress, str(best.hypothesis), count))
+        base = best.hypothesis
+        round_, tried[base] = _explore(context, best, library, _part(progress, str(base), count))
     best = _plain(context, prune(context, best), singles)
     untested = not best.hypothesis.terms
     if untested:
         best = _only_fitted(context, nominal, singles)
     rivals = []
+    likely = _likely(context, fits, library)
     for index in range(len(best.hypothesis.terms)):
         progress(f"rivals of {best.hypothesis.terms[index].effect}", 0.8 + 0.1 * index)
-        rivals.append(_rivals(context, best, index, nominal, singles, library))
+        rivals.append(_rivals(context, best, index, singles, tried, likely))
     return Found(nominal, best, tuple(singles), tuple(rivals), tuple(path), (nominal, *fits), untested)
 
 
@@ -323,15 +327,28 @@ def prune(context: Context, best: Trial) -> Trial:
     return best
 
 
+def _likely(context: Context, fits: Sequence[Trial], library: Sequence[Effect]) -> list[Effect]:
+    """The effects that alone came nearest, of the joints and of the body."""
+    order = sorted(fits, key=lambda t: -float(context.score(t.fitted_square)[context.selects].mean()))
+    names = list(dict.fromkeys(t.hypothesis.names[-1] for t in order))
+    by_name = {effect.name: effect for effect in library}
+    return [by_name[n] for n in names if n in by_name][:MOST_RIVALS]
+
+
 def _rivals(
     context: Context,
     best: Trial,
     index: int,
-    nominal: Trial,
     singles: Sequence[Trial],
-    library: Sequence[Effect],
+    tried: Mapping[Hypothesis, Sequence[Trial]],
+    likely: Sequence[Effect],
 ) -> tuple[Trial, ...]:
-    """Trials with another effect in the place of term ``index``, best first."""
+    """Trials with another effect in the place of term ``index``, best first.
+
+    Args:
+        tried: fits of every effect on top of some explanations; where the rest of ``best`` is one of them, they do.
+        likely: effects that are fitted otherwise.
+    """
     term = best.hypothesis.terms[index]
     if len(best.hypothesis.terms) == 1:
         return tuple(
@@ -341,16 +358,24 @@ def _rivals(
             and (t.hypothesis.terms[0].stage == "body") == (term.stage == "body")
         )
     rest = best.hypothesis.without(index)
-    kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index])
-    square_theta = run_trial(context, rest, [kept], cross=False)
-    fits: list[Trial] = []
-    for effect in library:
-        if effect.name in best.hypothesis.names or (effect.stage == "body") != (term.stage == "body"):
-            continue
-        fits.extend(
-            run_trial(context, candidate.hypothesis, candidate.starts, cross=False, rough=True)
-            for candidate in candidates(context, square_theta, effect)
-        )
+
+    def rival(name: str, stage: str) -> bool:
+        return name not in best.hypothesis.names and (stage == "body") == (term.stage == "body")
+
+    fits = [
+        fit
+        for fit in tried.get(rest, ())
+        if rival(fit.hypothesis.terms[-1].effect, fit.hypothesis.terms[-1].stage)
+    ]
+    if rest not in tried:
+        kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index])
+        base = run_trial(context, rest, [kept], cross=False)
+        for effect in likely:
+            if rival(effect.name, effect.stage):
+                fits.extend(
+                    run_trial(context, candidate.hypothesis, candidate.starts, cross=False, rough=True)
+                    for candidate in candidates(context, base, effect)
+                )
     fits.sort(key=lambda t: -float(context.score(t.fitted_square)[context.selects].mean()))
     return tuple(_ranked(context, [run_trial(context, t.hypothesis, [t.theta]) for t in fits[:4]]))
 

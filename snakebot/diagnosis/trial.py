@@ -99,10 +99,11 @@ def run_trial(
     ``rough``: a first look, with loads of the nominal motion, no interval.
     """
     runs, steps = context.free_runs, FULL_STEPS
-    if len(starts) and context.simulator.dear(hypothesis.specs(starts[0])):
+    specs = hypothesis.specs(starts[0]) if len(starts) else ()
+    if rough and context.simulator.dear(specs):
+        runs, steps = context.telling_runs, ROUGH_STEPS
+    elif not rough and context.simulator.coupled(specs):
         steps = DEAR_STEPS
-        if rough:
-            runs, steps = context.telling_runs, ROUGH_STEPS
     theta, covariance = _fit(
         context, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough
     )

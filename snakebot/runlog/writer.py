@@ -86,6 +86,11 @@ class RunWriter:
         self._flusher.start()
         self._syncer.start()
 
+    @property
+    def waiting_bytes(self) -> int:
+        """What was recorded and is not yet on its way to the disk."""
+        return self._queued_bytes - self._written_bytes
+
     # --- called from the run loop
 
     def tick(self, tick: Tick) -> None:
@@ -136,7 +141,7 @@ class RunWriter:
         self._append(message(channel_id, sequence, log_ns, max(0, wall_ns or log_ns), data))
 
     def _append(self, record: bytes) -> None:
-        if self._queued_bytes - self._written_bytes > MAX_QUEUE_BYTES:
+        if self.waiting_bytes > MAX_QUEUE_BYTES:
             self._fail("the disk does not keep up")
         if self._error is not None:
             self._reported = True
@@ -145,7 +150,7 @@ class RunWriter:
             raise LogError(f"{self.path}: the log is closed")
         self._queue.append(record)
         self._queued_bytes += len(record)
-        if self._queued_bytes - self._written_bytes > WAKE_BYTES:
+        if self.waiting_bytes > WAKE_BYTES:
             self._give_way()
 
     def _give_way(self) -> None:

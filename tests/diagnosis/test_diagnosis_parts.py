@@ -16,7 +16,7 @@ import snakebot.diagnosis.result as result
 from snakebot.diagnosis.blocks import block_map, mean_difference, resample
 from snakebot.diagnosis.context import make_context
 from snakebot.diagnosis.data import link_is_clean, prepare, spikes
-from snakebot.diagnosis.fit import Problem, minimise, multi_start
+from snakebot.diagnosis.fit import Problem, minimise, multi_start, refit
 from snakebot.diagnosis.floor import noise_floor
 from snakebot.diagnosis.folds import folds
 from snakebot.diagnosis.hypothesis import Hypothesis, Term
@@ -136,6 +136,43 @@ def test_a_fit_stays_within_bounds() -> None:
         residual, np.array([0]), block, np.ones(1), np.array([0.0]), np.array([2.0]), np.array([False])
     )
     assert minimise(problem, np.array([[1.0]])).theta[0, 0] == pytest.approx(2.0)
+
+
+def ramp_problem(slope: float, noise: float = 0.0) -> Problem:
+    """A straight line through zero, its slope unknown; forty samples in four blocks."""
+    x = np.arange(1.0, 41.0)[:, None]
+    seen = slope * x + noise * np.random.default_rng(3).normal(size=x.shape)
+    block = np.repeat(np.arange(4), 10)[:, None]
+    box = (np.array([0.0]), np.array([10.0]), np.array([False]))
+    return Problem(lambda theta: theta[0, 0] * x - seen, np.zeros(1, dtype=np.int64), block, np.ones(4), *box)
+
+
+def test_a_refit_is_the_minimum_of_what_counts() -> None:
+    problem = ramp_problem(2.0, noise=0.5)
+    whole = minimise(problem, np.array([[1.0]])).theta[0]
+    for out in range(4):
+        use = problem.block != out
+        left = replace(problem, block=np.where(use, problem.block, -1))
+        exact = minimise(left, whole[None]).theta[0]
+        (near,) = refit(problem, whole, [use])
+        assert near == pytest.approx(exact, abs=0.2 * abs(exact - whole)[0] + 1e-6)
+
+
+def test_no_search_begins_where_what_is_fitted_does_nothing() -> None:
+    """A limit above all that is seen costs as little as none, and a search that starts there stays there."""
+    x = np.linspace(0, 2, 40)[:, None]
+    seen = np.minimum(x, 1.6)
+
+    def residual(theta: np.ndarray) -> np.ndarray:
+        return np.asarray(np.minimum(x, theta[0, 0]) - seen)
+
+    box = (np.array([0.1]), np.array([10.0]), np.array([False]))
+    block = np.zeros((40, 1), dtype=np.int64)
+    problem = Problem(residual, np.zeros(1, dtype=np.int64), block, np.ones(1), *box)
+    starts = [np.array([[5.0]]), np.array([[0.9]])]
+    assert multi_start(problem, starts, 1).theta[0, 0] == pytest.approx(5.0)
+    awake = replace(problem, idle=residual(np.array([[np.inf]])))
+    assert multi_start(awake, starts, 1).theta[0, 0] == pytest.approx(1.6, abs=1e-3)
 
 
 def test_simulating_some_joints_gives_what_simulating_all_gives() -> None:

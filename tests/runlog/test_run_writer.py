@@ -295,3 +295,41 @@ def test_what_json_cannot_carry_becomes_text_not_an_error(tmp_path: Path) -> Non
     assert log.metadata["huge"] == str(10**30)
     assert log.metadata["notes"] == log.events[0].message == "caf\\udce9"
     assert log.events[0].data["huge"] == str(10**30)
+
+
+def test_a_caller_that_never_waits_gives_way_to_the_log(tmp_path: Path) -> None:
+    """As a loop in virtual time does: what is not yet written stays within bounds."""
+    tick = make_ticks(1)[0]
+    with RunWriter(tmp_path / "run.mcap", ROBOT) as writer:
+        most = 0
+        for _ in range(40_000):
+            writer.tick(tick)
+            most = max(most, writer.waiting_bytes)
+    assert most < 4 << 20
+    assert len(read_log(tmp_path / "run.mcap").sequence) == 40_000
+
+
+def test_a_disk_that_hangs_does_not_hold_the_caller_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hung, go_on = threading.Event(), threading.Event()
+    write = os.write
+
+    def hang(file: int, data: bytes) -> int:
+        if len(data) > 10_000:
+            hung.set()
+            go_on.wait(30)
+        return write(file, data)
+
+    tick = make_ticks(1)[0]
+    with RunWriter(tmp_path / "run.mcap", ROBOT) as writer:
+        monkeypatch.setattr(os, "write", hang)
+        while not hung.is_set():
+            writer.tick(tick)
+        time.sleep(0.3)
+        slept: list[float] = []
+        monkeypatch.setattr(time, "sleep", slept.append)
+        while writer.waiting_bytes < 3 << 20:
+            writer.tick(tick)
+        go_on.set()
+    assert slept == []

@@ -109,7 +109,7 @@ def follow(
         state[j, SMOOTH] = aim + fade * (y + z * h)
         state[j, SMOOTH_RATE] = fade * (state[j, SMOOTH_RATE] - z * h / SMOOTHING_S)
         twist = state[j, SMOOTH] - phi[j] - h * dphi[j]
-        side = math.copysign(grips[j, PLAY], twist)
+        side = math.copysign(grips[j, PLAY], twist) if springy else 0.0
         scratch[SIDE, j] = side
         demand = grips[j, STIFFNESS] * (twist - side)
         slip = state[j, SMOOTH_RATE] - dphi[j]

@@ -20,7 +20,7 @@ from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis
 from snakebot.diagnosis.trial import Trial, nominal_trial, run_trial
 from snakebot.effects.effect import Effect
-from snakebot.effects.registry import effects
+from snakebot.effects.registry import effects, find_effect
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -108,7 +108,7 @@ def search(
     if untested:
         best = _only_fitted(context, nominal, singles)
     rivals = []
-    likely = _likely(context, fits, library)
+    likely = _likely(context, fits)
     for index in range(len(best.hypothesis.terms)):
         progress(f"rivals of {best.hypothesis.terms[index].effect}", 0.8 + 0.1 * index)
         rivals.append(_rivals(context, best, index, singles, tried, likely))
@@ -182,7 +182,7 @@ def _only_fitted(context: Context, nominal: Trial, singles: Sequence[Trial]) -> 
     ]
     return min(
         whole,
-        key=lambda t: (t.theta.size, -float(context.score(t.fitted_square)[context.selects].mean())),
+        key=lambda t: (t.theta.size, -t.fitted_score(context)),
         default=nominal,
     )
 
@@ -305,7 +305,7 @@ def _swap(context: Context, best: Trial, singles: Sequence[Trial]) -> Trial:
         return best
     with ThreadPoolExecutor(THREADS) as pool:
         fits = list(pool.map(lambda c: run_trial(context, c[0], c[1], cross=False, rough=True), tried))
-    fits.sort(key=lambda t: -float(context.score(t.fitted_square)[context.selects].mean()))
+    fits.sort(key=lambda t: -t.fitted_score(context))
     for fit in fits[:2]:
         trial = run_trial(context, fit.hypothesis, [fit.theta])
         if trial.score(context) > best.score(context):
@@ -327,12 +327,11 @@ def prune(context: Context, best: Trial) -> Trial:
     return best
 
 
-def _likely(context: Context, fits: Sequence[Trial], library: Sequence[Effect]) -> list[Effect]:
+def _likely(context: Context, fits: Sequence[Trial]) -> list[Effect]:
     """The effects that alone came nearest, of the joints and of the body."""
-    order = sorted(fits, key=lambda t: -float(context.score(t.fitted_square)[context.selects].mean()))
+    order = sorted(fits, key=lambda t: -t.fitted_score(context))
     names = list(dict.fromkeys(t.hypothesis.names[-1] for t in order))
-    by_name = {effect.name: effect for effect in library}
-    return [by_name[n] for n in names if n in by_name][:MOST_RIVALS]
+    return [find_effect(name) for name in names[:MOST_RIVALS]]
 
 
 def _rivals(
@@ -376,7 +375,7 @@ def _rivals(
                     run_trial(context, candidate.hypothesis, candidate.starts, cross=False, rough=True)
                     for candidate in candidates(context, base, effect)
                 )
-    fits.sort(key=lambda t: -float(context.score(t.fitted_square)[context.selects].mean()))
+    fits.sort(key=lambda t: -t.fitted_score(context))
     return tuple(_ranked(context, [run_trial(context, t.hypothesis, [t.theta]) for t in fits[:4]]))
 
 

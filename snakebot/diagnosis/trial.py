@@ -6,7 +6,7 @@ side sees the other's effects at their fitted values.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,6 +58,10 @@ class Trial:
     def score(self, context: Context) -> float:
         """Mean held-out score over the deciding blocks."""
         return float(context.score(self.held_square)[context.selects].mean())
+
+    def fitted_score(self, context: Context) -> float:
+        """The same of the fit, nothing held out."""
+        return float(context.score(self.fitted_square)[context.selects].mean())
 
 
 def predicted_readings(
@@ -179,13 +183,9 @@ def _fold_thetas(context: Context, hypothesis: Hypothesis, theta: Floats) -> lis
     if not (coupled and mine.any()):
         return found
 
-    def whole(part: Floats) -> tuple[EffectSpec, ...]:
-        full = theta.copy()
-        full[mine] = part
-        return hypothesis.specs(full)
-
     lower, upper, log = bounds(hypothesis.parameters)
     box = (lower[mine], upper[mine], log[mine])
+    whole = _specs_from(hypothesis, theta, mine)
     problem = _angle_problem(context, hypothesis, whole, context.free_runs, *box, rough=False)
     if problem is None:
         return found
@@ -195,6 +195,19 @@ def _fold_thetas(context: Context, hypothesis: Hypothesis, theta: Floats) -> lis
     for full, part in zip(found, refit(problem, theta[mine], uses), strict=True):
         full[mine] = part
     return found
+
+
+def _specs_from(
+    hypothesis: Hypothesis, base: Floats, mine: NDArray[np.bool_]
+) -> Callable[[Floats], tuple[EffectSpec, ...]]:
+    """The effects as a function of those parameters that are ``mine``, the others as in ``base`` (p,)."""
+
+    def specs(part: Floats) -> tuple[EffectSpec, ...]:
+        full = base.copy()
+        full[mine] = part
+        return hypothesis.specs(full)
+
+    return specs
 
 
 def _of_body(hypothesis: Hypothesis) -> NDArray[np.bool_]:
@@ -229,14 +242,7 @@ def _fit(
         mine = body if side else ~body
         if not mine.any():
             continue
-
-        def whole(
-            part: Floats, mine: NDArray[np.bool_] = mine, base: Floats = best
-        ) -> tuple[EffectSpec, ...]:
-            full = base.copy()
-            full[mine] = part
-            return hypothesis.specs(full)
-
+        whole = _specs_from(hypothesis, best, mine)
         box = (lower[mine], upper[mine], log[mine])
         if side:
             problem = _ground_problem(context, whole, runs, *box)
@@ -360,13 +366,14 @@ def each_joint(
     lower, upper, log = bounds(effect_terms[0].open)
     limit = context.shift_limits_s(Hypothesis((*base.hypothesis.terms, *effect_terms)))
 
-    def residual(theta: Floats) -> Floats:
-        specs = [*base.specs, *(term.spec(row) for term, row in zip(effect_terms, theta, strict=True))]
+    def left(*more: EffectSpec) -> Floats:
+        specs = [*base.specs, *more]
         predicted = context.simulator.predict(specs, runs, rough=True, columns=[int(j) for j in wanted])
         made = [p.reading_rad for p in predicted]
         return _left(context, made, runs, measured, use, block, limit)
 
-    predicted = context.simulator.predict(base.specs, runs, rough=True, columns=[int(j) for j in wanted])
-    idle = _left(context, [p.reading_rad for p in predicted], runs, measured, use, block, limit)
-    problem = Problem(residual, columns, block, context.scale.square, lower, upper, log, idle)
+    def residual(theta: Floats) -> Floats:
+        return left(*(term.spec(row) for term, row in zip(effect_terms, theta, strict=True)))
+
+    problem = Problem(residual, columns, block, context.scale.square, lower, upper, log, idle=left())
     return runs, multi_start(problem, starts, 1, ROUGH_STEPS if dear else 10, covariance=False)

@@ -84,3 +84,8 @@ class Parameter:
     @property
     def bounds_text(self) -> str:
         return f"{self.lower:g} to {self.upper:g}" + (f" {self.unit}" if self.unit else "")
+
+
+def switch(name: str, doc: str) -> Parameter:
+    """A parameter that is on (1) or off (0), off unless told otherwise: a kind of the effect, tried and not fitted."""
+    return Parameter(name, "", 0.0, 1.0, doc, typical=0.0, spread=1.0, default=0.0, integer=True)

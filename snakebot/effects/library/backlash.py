@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from snakebot.effects.effect import Effect
-from snakebot.effects.parameter import Parameter
+from snakebot.effects.parameter import Parameter, switch
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
@@ -31,16 +31,9 @@ class Backlash(Effect):
     )
     parameters = (
         Parameter("width_deg", "deg", 0.0, 40.0, "full play", typical=3.0, spread=4.0),
-        Parameter(
+        switch(
             "loaded",
-            "",
-            0.0,
-            1.0,
             "1: the load decides on which side of the play the output lies; 0: friction keeps it where it is",
-            typical=0.0,
-            spread=1.0,
-            default=0.0,
-            integer=True,
         ),
     )
 

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from snakebot.effects.effect import Effect
-from snakebot.effects.parameter import Parameter
+from snakebot.effects.parameter import Parameter, switch
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
@@ -33,17 +33,7 @@ class Deadband(Effect):
     )
     parameters = (
         Parameter("width_deg", "deg", 0.0, 30.0, "half width", typical=2.0, spread=2.0, scale="linear"),
-        Parameter(
-            "hard",
-            "",
-            0.0,
-            1.0,
-            "1: outside the band the whole error drives; 0: what it exceeds the band by",
-            typical=0.0,
-            spread=1.0,
-            default=0.0,
-            integer=True,
-        ),
+        switch("hard", "1: outside the band the whole error drives; 0: what it exceeds the band by"),
     )
 
     def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:

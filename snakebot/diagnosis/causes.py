@@ -15,7 +15,7 @@ from snakebot.diagnosis.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.noise import Noise
 from snakebot.diagnosis.probability import Evidence, probability, shared
 from snakebot.diagnosis.result import Cause, Estimate, FitEntry, RankingEntry
-from snakebot.diagnosis.search import Found, lead, touched
+from snakebot.diagnosis.search import Found, lead, touched, without_term
 from snakebot.diagnosis.trial import Trial, run_trial
 from snakebot.diagnosis.uncertainty import interval
 from snakebot.effects.registry import find_effect
@@ -82,8 +82,7 @@ def _weigh(
         context, alone, [theta]
     )
     if len(best.hypothesis.terms) > 1:
-        kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index])
-        without = run_trial(context, best.hypothesis.without(index), [kept])
+        without = found.without[index] if found.without else without_term(context, best, index)
     else:
         without = found.nominal
     rows = touched(context, best, without)

@@ -151,6 +151,7 @@ def _by_chance(context: Context, found: Found, only: Sequence[str], exclude: Seq
         singles=found.singles if stays else (loss, *rivals),
         rivals=(*(found.rivals[i] for i in stays if i < len(found.rivals)), ()),
         path=(found.nominal, run_trial(context, kept, [theta]), loss) if stays else (found.nominal, loss),
+        without=(),
         untested=False,
         by_chance=True,
     )

@@ -8,6 +8,7 @@ Parameters are fitted on a scale of their own (logarithmic where they span decad
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -19,6 +20,7 @@ Ints = NDArray[np.int64]
 
 STEP = 1e-3  # of finite differences, on the fitted scale
 ENOUGH = 1e-4  # relative fall of the cost below which a unit is done
+WORTH_A_LOOK = 0.1  # of that: a step that promises less is not tried
 LEAST_CURVATURE = 1e-12
 SLEEP_RAD = 1e-7
 
@@ -112,40 +114,43 @@ def minimise(problem: Problem, start: Floats, most_steps: int = 25, *, covarianc
     evaluations = 1
     damping = np.full(units, 1e-3)
     active = np.ones(units, dtype=bool)
-    jacobian = _jacobian(problem, z, residual, span)
-    evaluations += p
+    jacobian, stale = np.zeros((0, *residual.shape)), True
     for _ in range(most_steps):
-        step = np.zeros_like(z)
+        if stale:
+            jacobian, stale = _jacobian(problem, z, residual, span), False
+            evaluations += p
+        step, promise = np.zeros_like(z), np.zeros(units)
         for u in np.flatnonzero(active):
             columns = problem.unit == u
-            step[u] = _step(
+            step[u], promise[u] = _step(
                 jacobian[:, :, columns], residual[:, columns], weight[:, columns], damping[u], z[u], low, high
             )
-        if not np.any(step):
+        step[promise < WORTH_A_LOOK * ENOUGH * cost] = 0.0
+        active &= np.any(step != 0, axis=1)
+        if not active.any():
             break
         trial = np.clip(z + step, low, high)
         trial_residual = problem.residual(from_scale(trial, problem))
         evaluations += 1
         trial_cost, trial_weight = weights.cost(trial_residual)
         fell = active & (trial_cost < cost)
-        small = cost - trial_cost <= ENOUGH * np.maximum(cost, 1e-9)
+        small = np.where(fell, cost - trial_cost, promise) <= ENOUGH * np.maximum(cost, 1e-9)
         moved = fell[problem.unit]
         z[fell] = trial[fell]
         residual = np.where(moved, trial_residual, residual)
         weight = np.where(moved, trial_weight, weight)
         cost = np.where(fell, trial_cost, cost)
         damping = np.where(fell, np.maximum(damping * 0.2, 1e-9), damping * 8.0)
-        active &= ~(fell & small) & (damping < 1e5) & np.any(step != 0, axis=1)
+        active &= ~small & (damping < 1e5)
+        stale |= bool(fell.any())
         if not active.any():
             break
-        if fell.any():
-            jacobian = _jacobian(problem, z, residual, span)
-            evaluations += p
     theta = from_scale(z, problem)
     spread = np.full((units, p, p), np.nan)
     if covariance:
-        jacobian = _jacobian(problem, z, residual, span)
-        evaluations += p
+        if stale:
+            jacobian = _jacobian(problem, z, residual, span)
+            evaluations += p
         for unit in range(units):
             columns = problem.unit == unit
             spread[unit] = _covariance(
@@ -201,7 +206,9 @@ def refit(problem: Problem, theta: Floats, uses: Sequence[NDArray[np.bool_]]) ->
     return [
         from_scale(
             np.clip(
-                z[0] + _step(jacobian, residual, np.where(use, weight, 0.0), 1e-3, z[0], low, high), low, high
+                z[0] + _step(jacobian, residual, np.where(use, weight, 0.0), 1e-3, z[0], low, high)[0],
+                low,
+                high,
             ),
             problem,
         )
@@ -261,7 +268,8 @@ def _jacobian(problem: Problem, z: Floats, residual: Floats, span: Floats) -> Fl
 
 def _step(
     jacobian: Floats, residual: Floats, weight: Floats, damping: float, z: Floats, low: Floats, high: Floats
-) -> Floats:
+) -> tuple[Floats, float]:
+    """A damped Gauss-Newton step (p,) within half the box, and by how much the cost should fall, inf if unknown."""
     p = jacobian.shape[0]
     weighted = jacobian * weight
     hessian = np.einsum("inu,jnu->ij", weighted, jacobian)
@@ -277,7 +285,10 @@ def _step(
             step[free] = -np.linalg.solve(h, gradient[free])
         except np.linalg.LinAlgError:
             step[free] = -gradient[free] / np.diag(h)
-    return np.clip(step, -0.5 * (high - low), 0.5 * (high - low))
+    short = np.clip(step, -0.5 * (high - low), 0.5 * (high - low))
+    if np.any(short != step):  # in another direction, for which the parabola is no guide
+        return short, math.inf
+    return step, float(-(gradient @ step) - 0.5 * step @ hessian @ step)
 
 
 def _covariance(jacobian: Floats, residual: Floats, weight: Floats, block: Ints) -> Floats:

@@ -8,6 +8,7 @@ and one leads by little. Nothing is wired in: the ties of one session are not th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.data import Data
 from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import bounds
-from snakebot.diagnosis.search import CLEAR_SE, lead, touched
+from snakebot.diagnosis.search import CLEAR_SE, THREADS, lead, touched
 from snakebot.diagnosis.simulate import Simulator
 from snakebot.diagnosis.trial import Trial, run_trial
 
@@ -30,20 +31,29 @@ def indistinguishable(context: Context, best: Trial, rivals: Sequence[Trial]) ->
     near = [r for r in rivals if _trails(context, best, r) < TOO_FAR and not degenerate(best, r)]
     if not near:
         return []
-    ideal = _as_if(context, best)
-    told = run_trial(ideal, best.hypothesis, [best.theta], cross=False)
-    out = []
-    for rival in near:
-        refit = run_trial(ideal, rival.hypothesis, [rival.theta], cross=False)
-        rows = touched(ideal, told, refit)
-        apart = 0.0
-        if rows.any():
-            apart = ideal.gain(told.fitted_square, refit.fitted_square, rows).mean
-        seen = lead(context, best, rival)
-        enough = AT_THE_FLOOR if not gap_of(context, rival).any else ALIKE
-        if apart < ALIKE or seen.z < CLEAR_SE or seen.mean < enough:
-            out.append(rival)
-    return out
+    ahead = [r for r in near if _leads(context, best, r)]
+    clear: set[Trial] = set()
+    if ahead:
+        ideal = _as_if(context, best)
+        with ThreadPoolExecutor(THREADS) as pool:
+            told, *refits = pool.map(
+                lambda t: run_trial(ideal, t.hypothesis, [t.theta], cross=False), [best, *ahead]
+            )
+        clear = {r for r, refit in zip(ahead, refits, strict=True) if _apart(ideal, told, refit) >= ALIKE}
+    return [r for r in near if r not in clear]
+
+
+def _leads(context: Context, best: Trial, rival: Trial) -> bool:
+    """Whether ``best`` is clearly ahead on the data itself."""
+    seen = lead(context, best, rival)
+    enough = AT_THE_FLOOR if not gap_of(context, rival).any else ALIKE
+    return seen.z >= CLEAR_SE and seen.mean >= enough
+
+
+def _apart(ideal: Context, told: Trial, refit: Trial) -> float:
+    """The lead of the truth over a rival fitted to what it made."""
+    rows = touched(ideal, told, refit)
+    return ideal.gain(told.fitted_square, refit.fitted_square, rows).mean if rows.any() else 0.0
 
 
 def degenerate(best: Trial, rival: Trial) -> bool:

@@ -83,6 +83,11 @@ class Hypothesis:
         ends = np.cumsum([len(term.open) for term in self.terms])
         return np.split(np.asarray(theta), ends[:-1]) if self.terms else []
 
+    def rest(self, theta: Floats, index: int) -> Floats:
+        """The part of ``theta`` that belongs to all terms but one."""
+        parts = self.split(theta)
+        return np.concatenate([np.zeros(0), *parts[:index], *parts[index + 1 :]])
+
     def plus(self, term: Term) -> Hypothesis:
         return Hypothesis((*self.terms, term))
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +38,9 @@ WORTH = (
 )
 MATTERS = 0.05  # held-out score on the blocks an effect touches: a tenth of their mean square
 CLOSE_RACE = 0.25  # rivals within this share of the winner's gain are cross-validated ...
-FEWEST_TRIALS, MOST_TRIALS = 3, 6  # ... within these bounds
-MOST_RIVALS = 8  # effects tried in another's place
+FEWEST_TRIALS, MOST_TRIALS = 3, 6  # ... within these bounds,
+MOST_FURTHER = 4  # ... and these beside an effect that stands, where the best alone counts
+MOST_RIVALS, MOST_HELD = 8, 4  # effects tried in another's place, and those of them that are cross-validated
 THREADS = 2
 
 Progress = Callable[[str, float], None]
@@ -54,6 +56,7 @@ class Found:
         singles: trials of single effects, best first: the ranking.
         rivals: per term of ``best``, trials in which another effect takes its place, best first.
         path: (hypothesis) trials in the order in which effects were added.
+        without: ``best`` with each of its terms taken out, as far as that was tried.
         fits: every single effect as fitted to all free runs, held out or not.
         untested: ``best`` shows in too few motions for any to be left out of its fit.
         by_chance: the cause shows in the scatter, whether or not the mean is off.
@@ -64,6 +67,7 @@ class Found:
     singles: tuple[Trial, ...]
     rivals: tuple[tuple[Trial, ...], ...]
     path: tuple[Trial, ...]
+    without: tuple[Trial, ...] = ()
     fits: tuple[Trial, ...] = ()
     untested: bool = False
     by_chance: bool = False
@@ -103,7 +107,8 @@ def search(
         count = len(best.hypothesis.terms)
         base = best.hypothesis
         round_, tried[base] = _explore(context, best, library, _part(progress, str(base), count))
-    best = _plain(context, prune(context, best), singles)
+    pruned, without = prune(context, best)
+    best = _plain(context, pruned, singles)
     untested = not best.hypothesis.terms
     if untested:
         best = _only_fitted(context, nominal, singles)
@@ -112,7 +117,16 @@ def search(
     for index in range(len(best.hypothesis.terms)):
         progress(f"rivals of {best.hypothesis.terms[index].effect}", 0.8 + 0.1 * index)
         rivals.append(_rivals(context, best, index, singles, tried, likely))
-    return Found(nominal, best, tuple(singles), tuple(rivals), tuple(path), (nominal, *fits), untested)
+    return Found(
+        nominal,
+        best,
+        tuple(singles),
+        tuple(rivals),
+        tuple(path),
+        without if best is pruned else (),
+        (nominal, *fits),
+        untested,
+    )
 
 
 def _part(progress: Progress, name: str, done: int) -> Progress:
@@ -210,9 +224,7 @@ def _explore(
         for number, found in enumerate(pool.map(lambda e: candidates(context, base, e), wanted)):
             made += found
             progress(f"trying {wanted[number].name}", 0.6 * (number + 1) / max(len(wanted), 1))
-        fits = list(
-            pool.map(lambda c: run_trial(context, c.hypothesis, c.starts, cross=False, rough=True), made)
-        )
+        fits = list(pool.map(partial(_rough, context), made))
         reached = [
             float(
                 (context.score(t.fitted_square) - context.score(base.fitted_square))[context.selects].mean()
@@ -223,7 +235,9 @@ def _explore(
         if order.size == 0:
             return [], []
         near = [i for i in order if reached[i] >= (1 - CLOSE_RACE) * reached[order[0]]]
-        kept = list(dict.fromkeys([*order[:FEWEST_TRIALS], *near]))[:MOST_TRIALS]
+        kept = list(dict.fromkeys([*order[:FEWEST_TRIALS], *near]))[
+            : MOST_FURTHER if base.hypothesis.terms else MOST_TRIALS
+        ]
         kept = [i for i in kept if reached[i] > 0]
         progress("holding out gaits", 0.8)
         trials = list(pool.map(lambda i: run_trial(context, fits[i].hypothesis, [fits[i].theta]), kept))
@@ -291,40 +305,43 @@ def _swap(context: Context, best: Trial, singles: Sequence[Trial]) -> Trial:
     tried = []
     for index, term in enumerate(best.hypothesis.terms[:-1]):
         rest = best.hypothesis.without(index)
-        kept = np.concatenate(
-            [p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index] or [np.zeros(0)]
-        )
+        kept = best.hypothesis.rest(best.theta, index)
         for single in singles[:6]:
             other = single.hypothesis.terms[0]
             if other.effect in best.hypothesis.names:
                 continue
             if (term.stage == "body") != (other.stage == "body"):
                 continue
-            tried.append((rest.plus(other), [np.concatenate([kept, single.theta])]))
+            tried.append(Candidate(rest.plus(other), [np.concatenate([kept, single.theta])]))
     if not tried:
         return best
     with ThreadPoolExecutor(THREADS) as pool:
-        fits = list(pool.map(lambda c: run_trial(context, c[0], c[1], cross=False, rough=True), tried))
-    fits.sort(key=lambda t: -t.fitted_score(context))
-    for fit in fits[:2]:
-        trial = run_trial(context, fit.hypothesis, [fit.theta])
-        if trial.score(context) > best.score(context):
-            best = trial
-    return best
+        fits = list(pool.map(partial(_rough, context), tried))
+        fits.sort(key=lambda t: -t.fitted_score(context))
+        trials = list(pool.map(lambda t: run_trial(context, t.hypothesis, [t.theta]), fits[:2]))
+    return max([best, *trials], key=lambda t: t.score(context))
 
 
-def prune(context: Context, best: Trial) -> Trial:
-    """Take out every effect without which the explanation does as well."""
+def prune(context: Context, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
+    """Take out every effect without which the explanation does as well.
+
+    Returns what stays, and that without each of its terms.
+    """
     while len(best.hypothesis.terms) > 1:
-        for index in range(len(best.hypothesis.terms)):
-            kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index])
-            less = run_trial(context, best.hypothesis.without(index), [kept])
-            if not accepted(context, best, less):
-                best = less
-                break
-        else:
-            return best
-    return best
+        terms = range(len(best.hypothesis.terms))
+        with ThreadPoolExecutor(THREADS) as pool:
+            without = tuple(pool.map(partial(without_term, context, best), terms))
+        better = next((less for less in without if not accepted(context, best, less)), None)
+        if better is None:
+            return best, without
+        best = better
+    return best, ()
+
+
+def without_term(context: Context, trial: Trial, index: int) -> Trial:
+    """The trial of what is left when one term is taken out."""
+    hypothesis = trial.hypothesis
+    return run_trial(context, hypothesis.without(index), [hypothesis.rest(trial.theta, index)])
 
 
 def _likely(context: Context, fits: Sequence[Trial]) -> list[Effect]:
@@ -366,17 +383,20 @@ def _rivals(
         for fit in tried.get(rest, ())
         if rival(fit.hypothesis.terms[-1].effect, fit.hypothesis.terms[-1].stage)
     ]
-    if rest not in tried:
-        kept = np.concatenate([p for i, p in enumerate(best.hypothesis.split(best.theta)) if i != index])
-        base = run_trial(context, rest, [kept], cross=False)
-        for effect in likely:
-            if rival(effect.name, effect.stage):
-                fits.extend(
-                    run_trial(context, candidate.hypothesis, candidate.starts, cross=False, rough=True)
-                    for candidate in candidates(context, base, effect)
-                )
-    fits.sort(key=lambda t: -t.fitted_score(context))
-    return tuple(_ranked(context, [run_trial(context, t.hypothesis, [t.theta]) for t in fits[:4]]))
+    with ThreadPoolExecutor(THREADS) as pool:
+        if rest not in tried:
+            base = run_trial(context, rest, [best.hypothesis.rest(best.theta, index)], cross=False)
+            wanted = [effect for effect in likely if rival(effect.name, effect.stage)]
+            made = [c for found in pool.map(partial(candidates, context, base), wanted) for c in found]
+            fits += pool.map(partial(_rough, context), made)
+        fits.sort(key=lambda t: -t.fitted_score(context))
+        trials = list(pool.map(lambda t: run_trial(context, t.hypothesis, [t.theta]), fits[:MOST_HELD]))
+    return tuple(_ranked(context, trials))
+
+
+def _rough(context: Context, candidate: Candidate) -> Trial:
+    """A first look at a candidate: nothing held out."""
+    return run_trial(context, candidate.hypothesis, candidate.starts, cross=False, rough=True)
 
 
 def lead(context: Context, trial: Trial, other: Trial) -> Difference:

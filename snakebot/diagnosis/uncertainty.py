@@ -4,7 +4,9 @@ tolerance, and from what a real effect differs in from the library's.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from numpy.typing import NDArray
 from snakebot.diagnosis.allowance import FRICTION_TOLERANCE, LAG_TOLERANCE, MASS_TOLERANCE
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.data import Data
+from snakebot.diagnosis.search import THREADS
 from snakebot.diagnosis.simulate import Simulator
 from snakebot.diagnosis.trial import Trial, run_trial
 from snakebot.effects.parameter import Parameter
@@ -36,16 +39,21 @@ def standard_errors(context: Context, trial: Trial, *, tolerances: bool = True) 
     if not tolerances or not trial.theta.size:
         return np.asarray(np.sqrt(square))
     body = any(term.stage == "body" for term in trial.hypothesis.terms)
-    for robot in _off(context.data.robot, body):
-        shifted = replace(
-            context,
-            data=replace(context.data, robot=robot),
-            simulator=Simulator(Data(robot, context.data.runs, 0)),
-            _ground_cache={},
-        )
-        moved = run_trial(shifted, trial.hypothesis, [trial.theta], cross=False).theta - trial.theta
-        square = square + np.square(moved)
+    with ThreadPoolExecutor(THREADS) as pool:
+        for theta in pool.map(partial(_fitted_with, context, trial), _off(context.data.robot, body)):
+            square = square + np.square(theta - trial.theta)
     return np.asarray(np.sqrt(square))
+
+
+def _fitted_with(context: Context, trial: Trial, robot: Robot) -> Floats:
+    """Parameters (p,) of the same explanation, fitted again with other nominal numbers."""
+    shifted = replace(
+        context,
+        data=replace(context.data, robot=robot),
+        simulator=Simulator(Data(robot, context.data.runs, 0)),
+        _ground_cache={},
+    )
+    return run_trial(shifted, trial.hypothesis, [trial.theta], cross=False).theta
 
 
 def _neutral(name: str) -> float:

@@ -20,7 +20,7 @@ Ints = NDArray[np.int64]
 
 STEP = 1e-3  # of finite differences, on the fitted scale
 ENOUGH = 1e-4  # relative fall of the cost below which a unit is done
-WORTH_A_LOOK = 0.1  # of that: a step that promises less is not tried
+WORTH_A_LOOK = 1e-4  # of that: a step that promises less is not tried
 LEAST_CURVATURE = 1e-12
 SLEEP_RAD = 1e-7
 

@@ -100,16 +100,17 @@ def run_trial(
 ) -> Trial:
     """Fit ``hypothesis`` from each of ``starts`` (p,), and cross-validate it unless ``cross`` is False.
 
-    ``rough``: a first look, with loads of the nominal motion, no interval.
+    ``rough``: a first look, with loads of the nominal motion, no interval; where the whole body must be simulated
+    even so, with two runs, and all terms but the last as they start.
     """
-    runs, steps = context.free_runs, FULL_STEPS
+    runs, steps, last = context.free_runs, FULL_STEPS, False
     specs = hypothesis.specs(starts[0]) if len(starts) else ()
     if rough and context.simulator.dear(specs):
-        runs, steps = context.telling_runs, ROUGH_STEPS
+        runs, steps, last = context.telling_runs, ROUGH_STEPS, True
     elif not rough and context.simulator.coupled(specs):
         steps = DEAR_STEPS
     theta, covariance = _fit(
-        context, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough
+        context, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough, last=last
     )
     fold_theta = [theta] * len(context.folds)
     if cross and theta.size:
@@ -225,11 +226,12 @@ def _fit(
     covariance: bool = True,
     rough: bool = False,
     sides: Sequence[bool] = (True, False),
+    last: bool = False,
 ) -> tuple[Floats, Floats]:
     """Parameters (p,) and their covariance, fitted to some runs.
 
     ``sides``: parameters of the body (True), all others (False). The body comes first: angles hardly know of it, but it
-    knows of the load.
+    knows of the load. ``last``: only the parameters of the last term.
     """
     count = len(hypothesis.parameters)
     best = np.array(starts[0], dtype=np.float64) if len(starts) else np.zeros(0)
@@ -240,6 +242,8 @@ def _fit(
     body = _of_body(hypothesis)
     for side in sides:
         mine = body if side else ~body
+        if last:
+            mine = mine & (np.arange(count) >= count - len(hypothesis.terms[-1].open))
         if not mine.any():
             continue
         whole = _specs_from(hypothesis, best, mine)

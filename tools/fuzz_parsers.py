@@ -4,17 +4,20 @@
     tools/fuzz_parsers.py                       every parser, 10 000 cases each
     tools/fuzz_parsers.py port csv --runs 1000000
     tools/fuzz_parsers.py --runs 1000000 --seconds 600 --engine hypothesis
+    tools/fuzz_parsers.py --runs 1000000 --seconds 300 --go-on     counts what earlier runs did
 
 Engines: atheris (libFuzzer, guided by coverage; needs the extra `fuzz`: pip install 'snakebot[fuzz]') and hypothesis
 (damaged sound input, as in tests/hostile). A case may raise the documented errors only, in one printable line; it may
 write nothing outside its own folder, start no program, execute no text, and all cases together may not take more than
 256 MiB over what the parser takes for sound input. What does is a finding: its input is left in build/fuzz, and the
-exit status is 1. One process at a time; a parser ends at --runs cases or after --seconds, whichever is first.
+exit status is 1. One process at a time; a parser ends at --runs cases or after --seconds, whichever is first. What was
+run is written down in --ledger: with --go-on those cases count, and every run has a seed of its own.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import os
 import re
 import resource
@@ -199,6 +202,13 @@ def main() -> int:
     parser.add_argument("--seconds", type=int, default=3600, help="for each parser")
     parser.add_argument("--engine", choices=("atheris", "hypothesis"), default="atheris")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--go-on", action="store_true", help="count what earlier runs did towards --runs")
+    parser.add_argument(
+        "--ledger",
+        type=Path,
+        default=OUT / "cases.csv",
+        help="parser, engine, seed, cases, findings of each run",
+    )
     options = parser.parse_args()
     unknown = set(options.parsers) - set(PARSERS)
     if unknown:
@@ -220,9 +230,25 @@ def main() -> int:
     return 1 if findings else 0
 
 
+def done_before(path: Path, name: str, engine: str) -> tuple[int, int]:
+    """Cases of a parser in earlier runs without a finding, and how many runs these were."""
+    if not path.exists():
+        return 0, 0
+    with path.open(newline="") as ledger:
+        rows = [row for row in csv.reader(ledger) if row[:2] == [name, engine]]
+    return sum(int(row[3]) for row in rows if row[4] == "0"), len(rows)
+
+
 def fuzz(name: str, options: argparse.Namespace, environment: dict[str, str]) -> int:
     """Run one parser in a process of its own and print a line; the number of findings."""
-    given = [str(value) for value in (options.engine, options.runs, options.seconds, options.seed)]
+    before, seed = (0, options.seed)
+    if options.go_on:
+        before, rounds = done_before(options.ledger, name, options.engine)
+        seed += rounds
+        if before >= options.runs:
+            print(f"{name:12} {options.engine:10} {before:>9} cases in {rounds} runs before", flush=True)
+            return 0
+    given = [str(value) for value in (options.engine, options.runs - before, options.seconds, seed)]
     command = [sys.executable, __file__, "--child", name, *given]
     done = subprocess.run(command, capture_output=True, text=True, errors="replace", env=environment)
     result = re.search(r"^RESULT (\d+) (\d+) (\d+) (\d+) (\d+)$", done.stderr, re.M)
@@ -231,10 +257,13 @@ def fuzz(name: str, options: argparse.Namespace, environment: dict[str, str]) ->
         print(f"{name:12} stopped with status {done.returncode}\n{tail}", flush=True)
         return 1
     cases, findings, peak, base, seconds = map(int, result.groups())
+    with options.ledger.open("a", newline="") as ledger:
+        csv.writer(ledger).writerow([name, options.engine, seed, cases, findings])
     greedy = peak - base > MORE_MIB
     print(
         f"{name:12} {options.engine:10} {cases:>9} cases, {findings} distinct findings, peak memory {peak} MiB "
-        f"({peak - base} over sound input{': TOO MUCH' if greedy else ''}), {seconds} s",
+        f"({peak - base} over sound input{': TOO MUCH' if greedy else ''}), {seconds} s"
+        + (f"; {before + cases} with those before" if before else ""),
         flush=True,
     )
     if findings:

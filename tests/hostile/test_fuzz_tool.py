@@ -56,15 +56,39 @@ def test_each_finding_is_counted_once_and_its_input_kept(
 @pytest.mark.slow
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("command", COMMANDS)
-def test_the_commands_of_the_page_run(command: str) -> None:
+def test_the_commands_of_the_page_run(command: str, tmp_path: Path) -> None:
     if "hypothesis" not in command:
         pytest.importorskip("atheris", reason="extra `fuzz`")
-    words = [*shlex.split(command), "port", "fault", "--runs", "300"]
+    words = [*shlex.split(command), "port", "fault", "--runs", "300", "--ledger", str(tmp_path / "cases.csv")]
     done = subprocess.run([sys.executable, *words], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert len(re.findall(r"^(?:port|fault) .* 300 cases, 0 distinct findings", done.stdout, re.M)) == 2
     assert done.stdout.endswith("findings: 0\n")
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+def test_what_an_earlier_run_did_counts(tmp_path: Path) -> None:
+    ledger = tmp_path / "cases.csv"
+    ledger.write_text("fault,hypothesis,1,200,0\nfault,hypothesis,2,50,1\nport,hypothesis,1,300,0\n")
+    words = [
+        "tools/fuzz_parsers.py",
+        "port",
+        "fault",
+        "--runs",
+        "300",
+        "--engine",
+        "hypothesis",
+        "--go-on",
+        "--ledger",
+    ]
+    done = subprocess.run([sys.executable, *words, str(ledger)], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    port, fault, _ = done.stdout.splitlines()
+    assert "300 cases in 1 runs before" in port
+    assert re.search(r" 100 cases, .*; 300 with those before", fault)
+    assert ledger.read_text().splitlines()[-1] == "fault,hypothesis,3,100,0"
+
+
 def test_the_page_has_commands() -> None:
-    assert len(COMMANDS) == 3
+    assert len(COMMANDS) == 4

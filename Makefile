@@ -30,8 +30,8 @@ slow: $(VENV)/.tested  ## what the default suite leaves out
 	$(BIN)/python -m pytest -n 2 -m slow
 
 SEED ?= 4
-CASES ?= 340
-TRAIN ?= 80
+CASES ?= 300
+TRAIN ?= 64
 BLIND := build/blind-$(SEED)-$(CASES)
 LEARN := build/blind-tune-$(SEED)-$(TRAIN) build/blind-calibrate-$(SEED)-$(TRAIN)
 blind: $(VENV)/.tested  ## the diagnosis on sealed cases of another robot; goes on where it was stopped

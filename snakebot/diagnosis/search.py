@@ -39,8 +39,8 @@ WORTH = (
 MATTERS = 0.05  # held-out score on the blocks an effect touches: a tenth of their mean square
 CLOSE_RACE = 0.25  # rivals within this share of the winner's gain are cross-validated ...
 FEWEST_TRIALS, MOST_TRIALS = 3, 6  # ... within these bounds,
-MOST_FURTHER = 4  # ... and these beside an effect that stands, where the best alone counts
-MOST_RIVALS, MOST_HELD = 8, 4  # effects tried in another's place, and those of them that are cross-validated
+MOST_FURTHER = 3  # ... and these beside an effect that stands, where the best alone counts
+MOST_RIVALS, MOST_HELD = 8, 3  # effects tried in another's place, and those of them that are cross-validated
 THREADS = 2
 
 Progress = Callable[[str, float], None]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from blind.cases import DURATION_S, RATE_HZ, SETS, make_case, plan
+from blind.cases import DURATION_S, RATE_HZ, SETS, make_case, plan, shares_of
 from blind.seal import SealError, digest, unseal
 from blind.session_files import STAMP_S, write_session
 
@@ -100,7 +100,7 @@ def test_sets_share_neither_seeds_nor_sizes() -> None:
 def test_every_effect_and_stratum_is_met_in_a_full_set() -> None:
     from blind.faults import KNOWN, UNKNOWN
 
-    planned = [plan(n, 300, np.random.default_rng(n)) for n in range(300)]
+    planned = [plan(n, 300, np.random.default_rng(n), shares_of("score")) for n in range(300)]
     assert {name for stratum, names in planned for name in names if stratum == "single"} == set(KNOWN)
     assert {name for stratum, names in planned for name in names if stratum == "unknown"} == set(UNKNOWN)
     assert {name for stratum, names in planned for name in names if stratum == "left_out"} == set(KNOWN)

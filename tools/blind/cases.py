@@ -9,6 +9,7 @@ the centre of mass.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -33,6 +34,7 @@ OTHER_ROBOTS = 3  # whose floor counts beside that of the case's own
 PROBE_S = 5.0  # length of the runs that set the size of an effect
 # Shares of the strata. The rest are single effects.
 STRATA = {"no_gap": 0.3, "unknown": 0.1, "pair": 0.1, "left_out": 0.1}
+STRATA_TO_SCORE = {**STRATA, "no_gap": 0.34}  # a hundred of 300, to see false alarms of two per cent
 
 
 @dataclass(frozen=True)
@@ -75,9 +77,16 @@ class Case:
         return [robot.run(t, gait_command(t, *gait), self.rng) for gait in [*self.gaits, self.gaits[0]]]
 
 
-def plan(number: int, cases: int, rng: np.random.Generator) -> tuple[str, tuple[str, ...]]:
+def shares_of(set_name: str) -> dict[str, float]:
+    """Shares of the strata in a set."""
+    return STRATA_TO_SCORE if set_name == "score" else STRATA
+
+
+def plan(
+    number: int, cases: int, rng: np.random.Generator, shares: Mapping[str, float]
+) -> tuple[str, tuple[str, ...]]:
     """Stratum and effects of the n-th of so many cases; names go round so that each is met."""
-    quota = {s: round(share * cases) for s, share in STRATA.items()}
+    quota = {s: round(share * cases) for s, share in shares.items()}
     stratum = "single"
     for name, count in quota.items():
         if number < count:
@@ -97,9 +106,9 @@ def plan(number: int, cases: int, rng: np.random.Generator) -> tuple[str, tuple[
     return stratum, (str(first), str(second))
 
 
-def _size_index(number: int, cases: int, rng: np.random.Generator) -> int:
+def _size_index(number: int, cases: int, rng: np.random.Generator, shares: Mapping[str, float]) -> int:
     """Single effects meet each size in turn, so that every effect is there at every size; the others draw one."""
-    drawn, before = int(rng.integers(3)), sum(round(share * cases) for share in STRATA.values())
+    drawn, before = int(rng.integers(3)), sum(round(share * cases) for share in shares.values())
     single = number - before
     return drawn if single < 0 else (single // len(KNOWN) + single % len(KNOWN)) % 3
 
@@ -110,8 +119,9 @@ def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
     if not 0 <= seed < PER_SET:
         raise ValueError(f"--seed {seed}: 0 to {PER_SET - 1}")
     rng = np.random.default_rng([first + seed, number])
-    stratum, names = plan(number, cases, rng)
-    asked = float(sizes[_size_index(number, cases, rng)]) * float(rng.uniform(0.97, 1.03))
+    shares = shares_of(set_name)
+    stratum, names = plan(number, cases, rng, shares)
+    asked = float(sizes[_size_index(number, cases, rng, shares)]) * float(rng.uniform(0.97, 1.03))
     real = real_robot(rng)
     gaits = [_draw_gait(rng) for _ in range(GAITS)]
     floor = _floor(real, gaits, int(rng.integers(1 << 31)))

@@ -216,8 +216,7 @@ def _explore(
 ) -> tuple[list[Trial], list[Trial]]:
     """Trials of each effect on top of ``base``, best first by held-out score, and all fits, held out or not."""
     made: list[Candidate] = []
-    gap = gap_of(context, base)
-    wanted = [e for e in library if (gap.ground_significant if e.stage == "body" else gap.significant.any())]
+    wanted = _called_for(context, base, library)
     if not wanted:
         return [], []
     with ThreadPoolExecutor(THREADS) as pool:
@@ -243,6 +242,12 @@ def _explore(
         trials = list(pool.map(lambda i: run_trial(context, fits[i].hypothesis, [fits[i].theta]), kept))
     progress("", 1.0)
     return _ranked(context, trials), fits
+
+
+def _called_for(context: Context, base: Trial, library: Sequence[Effect]) -> list[Effect]:
+    """Effects for whose side, angles or ground, ``base`` leaves a gap."""
+    gap = gap_of(context, base)
+    return [e for e in library if (gap.ground_significant if e.stage == "body" else gap.significant.any())]
 
 
 def _plain(context: Context, best: Trial, singles: Sequence[Trial]) -> Trial:
@@ -386,7 +391,7 @@ def _rivals(
     with ThreadPoolExecutor(THREADS) as pool:
         if rest not in tried:
             base = run_trial(context, rest, [best.hypothesis.rest(best.theta, index)], cross=False)
-            wanted = [effect for effect in likely if rival(effect.name, effect.stage)]
+            wanted = [e for e in _called_for(context, base, likely) if rival(e.name, e.stage)]
             made = [c for found in pool.map(partial(candidates, context, base), wanted) for c in found]
             fits += pool.map(partial(_rough, context), made)
         fits.sort(key=lambda t: -t.fitted_score(context))

@@ -133,7 +133,7 @@ class Simulator:
             return servo_stage(
                 stages, track, run.t_s, initial_rad=known[0], known_rad=known, load_nm=load
             ).joint_angle_rad
-        return _some_joints(stages, run, track, known, load, np.asarray(columns))
+        return _some_joints(stages, run, track, known, load, np.asarray(columns, dtype=np.int64))
 
     def between_samples(self, index: int, parts: int) -> tuple[Floats, Floats]:
         """Times (M,) and nominal joint angles (M, k) of a run, each sample's interval cut into ``parts``."""

@@ -14,17 +14,19 @@ from sessions import bench, make_run, make_session, snake
 
 import snakebot.diagnosis.result as result
 from snakebot.diagnosis.blocks import block_map, mean_difference, resample
+from snakebot.diagnosis.candidates import candidates, usable_effects
 from snakebot.diagnosis.context import make_context
 from snakebot.diagnosis.data import link_is_clean, prepare, spikes
 from snakebot.diagnosis.fit import Problem, minimise, multi_start, refit
 from snakebot.diagnosis.floor import noise_floor
 from snakebot.diagnosis.folds import folds
+from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.probability import Evidence, calibration, probability, shared
 from snakebot.diagnosis.reference import limited, play
 from snakebot.diagnosis.regime import sentence
 from snakebot.diagnosis.smoothing import smoothed
-from snakebot.diagnosis.trial import predicted_readings, run_trial
+from snakebot.diagnosis.trial import nominal_trial, predicted_readings, run_trial
 from snakebot.effects import parse_effect, predict
 from snakebot.runlog import Session
 
@@ -185,6 +187,16 @@ def test_simulating_some_joints_gives_what_simulating_all_gives() -> None:
     some = predicted_readings(context, specs, range(len(context.data.runs)))
     for a, b in zip(every, some, strict=True):
         assert a == pytest.approx(b, abs=1e-12)
+    assert all(np.isnan(p.reading_rad).all() for p in context.simulator.predict(specs, columns=[]))
+
+
+def test_where_nothing_is_left_no_effect_is_tried_beside_it() -> None:
+    context = make_context(prepare(make_session(snake(), duration_s=3.0)), {}, 0)
+    nominal = nominal_trial(context)
+    assert not gap_of(context, nominal).any
+    for effect in usable_effects(context):
+        if effect.stage != "body" and effect.per_joint and effect.name != "wiring":
+            assert candidates(context, nominal, effect) == []
 
 
 def test_predictions_are_those_of_the_effects_library() -> None:

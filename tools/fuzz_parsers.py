@@ -241,7 +241,7 @@ def done_before(path: Path, name: str, engine: str) -> tuple[int, int]:
 
 def fuzz(name: str, options: argparse.Namespace, environment: dict[str, str]) -> int:
     """Run one parser in a process of its own and print a line; the number of findings."""
-    before, seed = (0, options.seed)
+    before, seed = 0, options.seed
     if options.go_on:
         before, rounds = done_before(options.ledger, name, options.engine)
         seed += rounds

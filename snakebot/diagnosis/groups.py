@@ -8,7 +8,6 @@ and one leads by little. Nothing is wired in: the ties of one session are not th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +16,8 @@ from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.data import Data
 from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import bounds
-from snakebot.diagnosis.search import CLEAR_SE, THREADS, lead, touched
+from snakebot.diagnosis.search import CLEAR_SE, lead, touched
+from snakebot.diagnosis.side_by_side import side_by_side
 from snakebot.diagnosis.simulate import Simulator
 from snakebot.diagnosis.trial import Trial, run_trial
 
@@ -35,10 +35,9 @@ def indistinguishable(context: Context, best: Trial, rivals: Sequence[Trial]) ->
     clear: set[Trial] = set()
     if ahead:
         ideal = _as_if(context, best)
-        with ThreadPoolExecutor(THREADS) as pool:
-            told, *refits = pool.map(
-                lambda t: run_trial(ideal, t.hypothesis, [t.theta], cross=False), [best, *ahead]
-            )
+        told, *refits = side_by_side(
+            lambda t: run_trial(ideal, t.hypothesis, [t.theta], cross=False), [best, *ahead]
+        )
         clear = {r for r, refit in zip(ahead, refits, strict=True) if _apart(ideal, told, refit) >= ALIKE}
     return [r for r in near if r not in clear]
 

@@ -6,10 +6,10 @@ errors and large enough to matter, and is taken out again when the explanation d
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from snakebot.diagnosis.candidates import CHANGED, Candidate, candidates, usable
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis
+from snakebot.diagnosis.side_by_side import side_by_side
 from snakebot.diagnosis.trial import Trial, nominal_trial, run_trial
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects, find_effect
@@ -41,7 +42,6 @@ CLOSE_RACE = 0.25  # rivals within this share of the winner's gain are cross-val
 FEWEST_TRIALS, MOST_TRIALS = 3, 6  # ... within these bounds,
 MOST_FURTHER = 3  # ... and these beside an effect that stands, where the best alone counts
 MOST_RIVALS, MOST_HELD = 8, 3  # effects tried in another's place, and those of them that are cross-validated
-THREADS = 2
 
 Progress = Callable[[str, float], None]
 
@@ -120,12 +120,12 @@ def search(
     return Found(
         nominal,
         best,
-        tuple(singles),
-        tuple(rivals),
-        tuple(path),
-        without if best is pruned else (),
-        (nominal, *fits),
-        untested,
+        singles=tuple(singles),
+        rivals=tuple(rivals),
+        path=tuple(path),
+        without=without if best is pruned else (),
+        fits=(nominal, *fits),
+        untested=untested,
     )
 
 
@@ -215,31 +215,28 @@ def _explore(
     context: Context, base: Trial, library: Sequence[Effect], progress: Progress
 ) -> tuple[list[Trial], list[Trial]]:
     """Trials of each effect on top of ``base``, best first by held-out score, and all fits, held out or not."""
-    made: list[Candidate] = []
     wanted = _called_for(context, base, library)
     if not wanted:
         return [], []
-    with ThreadPoolExecutor(THREADS) as pool:
-        for number, found in enumerate(pool.map(lambda e: candidates(context, base, e), wanted)):
-            made += found
-            progress(f"trying {wanted[number].name}", 0.6 * (number + 1) / max(len(wanted), 1))
-        fits = list(pool.map(partial(_rough, context), made))
-        reached = [
-            float(
-                (context.score(t.fitted_square) - context.score(base.fitted_square))[context.selects].mean()
-            )
-            for t in fits
-        ]
-        order = np.argsort(reached, kind="stable")[::-1]
-        if order.size == 0:
-            return [], []
-        near = [i for i in order if reached[i] >= (1 - CLOSE_RACE) * reached[order[0]]]
-        kept = list(dict.fromkeys([*order[:FEWEST_TRIALS], *near]))[
-            : MOST_FURTHER if base.hypothesis.terms else MOST_TRIALS
-        ]
-        kept = [i for i in kept if reached[i] > 0]
-        progress("holding out gaits", 0.8)
-        trials = list(pool.map(lambda i: run_trial(context, fits[i].hypothesis, [fits[i].theta]), kept))
+
+    def tell(count: int) -> None:
+        progress(f"trying {wanted[count - 1].name}", 0.6 * count / len(wanted))
+
+    made = side_by_side(partial(candidates, context, base), wanted, tell)
+    fits = _first_looks(context, chain.from_iterable(made))
+    reached = [
+        float((context.score(t.fitted_square) - context.score(base.fitted_square))[context.selects].mean())
+        for t in fits
+    ]
+    order = np.argsort(reached, kind="stable")[::-1]
+    if order.size == 0:
+        return [], []
+    near = [i for i in order if reached[i] >= (1 - CLOSE_RACE) * reached[order[0]]]
+    kept = list(dict.fromkeys([*order[:FEWEST_TRIALS], *near]))[
+        : MOST_FURTHER if base.hypothesis.terms else MOST_TRIALS
+    ]
+    progress("holding out gaits", 0.8)
+    trials = _held_out(context, [fits[i] for i in kept if reached[i] > 0])
     progress("", 1.0)
     return _ranked(context, trials), fits
 
@@ -320,10 +317,8 @@ def _swap(context: Context, best: Trial, singles: Sequence[Trial]) -> Trial:
             tried.append(Candidate(rest.plus(other), [np.concatenate([kept, single.theta])]))
     if not tried:
         return best
-    with ThreadPoolExecutor(THREADS) as pool:
-        fits = list(pool.map(partial(_rough, context), tried))
-        fits.sort(key=lambda t: -t.fitted_score(context))
-        trials = list(pool.map(lambda t: run_trial(context, t.hypothesis, [t.theta]), fits[:2]))
+    fits = sorted(_first_looks(context, tried), key=lambda t: -t.fitted_score(context))
+    trials = _held_out(context, fits[:2])
     return max([best, *trials], key=lambda t: t.score(context))
 
 
@@ -334,8 +329,7 @@ def prune(context: Context, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
     """
     while len(best.hypothesis.terms) > 1:
         terms = range(len(best.hypothesis.terms))
-        with ThreadPoolExecutor(THREADS) as pool:
-            without = tuple(pool.map(partial(without_term, context, best), terms))
+        without = tuple(side_by_side(partial(without_term, context, best), terms))
         better = next((less for less in without if not accepted(context, best, less)), None)
         if better is None:
             return best, without
@@ -388,20 +382,23 @@ def _rivals(
         for fit in tried.get(rest, ())
         if rival(fit.hypothesis.terms[-1].effect, fit.hypothesis.terms[-1].stage)
     ]
-    with ThreadPoolExecutor(THREADS) as pool:
-        if rest not in tried:
-            base = run_trial(context, rest, [best.hypothesis.rest(best.theta, index)], cross=False)
-            wanted = [e for e in _called_for(context, base, likely) if rival(e.name, e.stage)]
-            made = [c for found in pool.map(partial(candidates, context, base), wanted) for c in found]
-            fits += pool.map(partial(_rough, context), made)
-        fits.sort(key=lambda t: -t.fitted_score(context))
-        trials = list(pool.map(lambda t: run_trial(context, t.hypothesis, [t.theta]), fits[:MOST_HELD]))
-    return tuple(_ranked(context, trials))
+    if rest not in tried:
+        base = run_trial(context, rest, [best.hypothesis.rest(best.theta, index)], cross=False)
+        wanted = [e for e in _called_for(context, base, likely) if rival(e.name, e.stage)]
+        made = side_by_side(partial(candidates, context, base), wanted)
+        fits += _first_looks(context, chain.from_iterable(made))
+    fits.sort(key=lambda t: -t.fitted_score(context))
+    return tuple(_ranked(context, _held_out(context, fits[:MOST_HELD])))
 
 
-def _rough(context: Context, candidate: Candidate) -> Trial:
-    """A first look at a candidate: nothing held out."""
-    return run_trial(context, candidate.hypothesis, candidate.starts, cross=False, rough=True)
+def _first_looks(context: Context, made: Iterable[Candidate]) -> list[Trial]:
+    """A rough fit of each candidate, nothing held out."""
+    return side_by_side(lambda c: run_trial(context, c.hypothesis, c.starts, cross=False, rough=True), made)
+
+
+def _held_out(context: Context, fits: Sequence[Trial]) -> list[Trial]:
+    """The same explanations, cross-validated from where these fits ended."""
+    return side_by_side(lambda t: run_trial(context, t.hypothesis, [t.theta]), fits)
 
 
 def lead(context: Context, trial: Trial, other: Trial) -> Difference:

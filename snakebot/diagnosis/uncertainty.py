@@ -4,7 +4,6 @@ tolerance, and from what a real effect differs in from the library's.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from snakebot.diagnosis.allowance import FRICTION_TOLERANCE, LAG_TOLERANCE, MASS_TOLERANCE
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.data import Data
-from snakebot.diagnosis.search import THREADS
+from snakebot.diagnosis.side_by_side import side_by_side
 from snakebot.diagnosis.simulate import Simulator
 from snakebot.diagnosis.trial import Trial, run_trial
 from snakebot.effects.parameter import Parameter
@@ -39,9 +38,8 @@ def standard_errors(context: Context, trial: Trial, *, tolerances: bool = True) 
     if not tolerances or not trial.theta.size:
         return np.asarray(np.sqrt(square))
     body = any(term.stage == "body" for term in trial.hypothesis.terms)
-    with ThreadPoolExecutor(THREADS) as pool:
-        for theta in pool.map(partial(_fitted_with, context, trial), _off(context.data.robot, body)):
-            square = square + np.square(theta - trial.theta)
+    for theta in side_by_side(partial(_fitted_with, context, trial), _off(context.data.robot, body)):
+        square = square + np.square(theta - trial.theta)
     return np.asarray(np.sqrt(square))
 
 

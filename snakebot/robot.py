@@ -157,8 +157,8 @@ class Robot(_Model):
 
     def to_mapping(self) -> dict[str, Any]:
         """The description as it stands in a file: flat, plain types, ready for YAML or JSON."""
-        data = self.model_dump(mode="json", exclude_none=True)
-        body = data.pop("body", None)
+        data = self.model_dump(mode="json")
+        body = data.pop("body")
         if body is not None:
             data.pop("joints")
             data.update(body)

@@ -111,7 +111,7 @@ def _from_index(path: Path) -> LogSummary | None:
             metadata = [
                 _metadata_at(file, size, index) for index in records if isinstance(index, MetadataIndex)
             ]
-    except (OSError, McapError, struct.error, ValueError, StopIteration):
+    except (OSError, McapError, struct.error, ValueError, OverflowError, StopIteration):
         return None
     merged, damaged = merge_metadata(metadata)
     if damaged:

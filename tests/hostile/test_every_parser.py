@@ -105,6 +105,18 @@ def test_what_was_found_stays_refused(kind: str, data: bytes) -> None:
 
 
 @pytest.mark.parametrize(
+    ("kind", "data"),
+    [
+        ("robot", b"schema: snakebot.robot/1\njoints: 1\nname: a\nservo: {gain_found_out: }\n"),
+        ("log_index", b"\x09" + bytes(9) + b":" + bytes(3)),  # the footer as the length of an attachment
+    ],
+)
+def test_what_was_found_is_read(kind: str, data: bytes) -> None:
+    warmed(kind)
+    assert attempt(kind, data) == ""
+
+
+@pytest.mark.parametrize(
     ("text", "length"), [("BO_ 1 A: 999999999 H\n", 9), ('BO_ 1 A // "\n : 999999999 H // "\n', 9)]
 )
 def test_a_dbc_is_looked_through_before_it_is_built(text: str, length: int) -> None:

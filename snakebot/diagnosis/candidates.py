@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from snakebot.diagnosis.blocks import mean_difference
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.data import link_is_clean
-from snakebot.diagnosis.gap import gap_of
+from snakebot.diagnosis.gap import beyond, gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis, Term, fixed_by
 from snakebot.diagnosis.trial import Trial, each_joint
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects, find_effect
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Fixed = tuple[tuple[str, float | tuple[float, ...]], ...]
 
 CHANGED = 0.1  # of what a block is allowed, by which its mean square must differ to count
@@ -130,14 +131,49 @@ def _kinds(context: Context, effect: Effect) -> list[Fixed]:
     ]
 
 
-def _of_kind(context: Context, base: Trial, effect: Effect, fixed: Fixed, taken: Set[int]) -> list[Candidate]:
-    joints = context.data.joints
-    terms = [Term(effect.name, (j + 1,), fixed) for j in range(joints)]
+def elsewhere(context: Context, base: Trial) -> Candidate | None:
+    """The last effect of ``base`` on further joints too, each with a value of its own, where that closes their gap.
+
+    None unless two joints differ in it already: a robot put together by hand, not one joint with a fault.
+    """
+    term = base.hypothesis.terms[-1]
+    effect = find_effect(term.effect)
+    taken = {j for t in base.hypothesis.terms if t.effect == term.effect for j in t.joints or ()}
+    same = sum(t.effect == term.effect for t in base.hypothesis.terms)
+    further = [int(j) for j in np.flatnonzero(gap_of(context, base).significant) if j + 1 not in taken]
+    if term.joints is None or not term.open or same < 2 or not further:
+        return None
+    terms, starts = _one_each(context, effect, term.fixed)
+    if context.simulator.dear([terms[0].spec(starts[0][0])]):
+        return None
+    runs, fit = each_joint(context, base, terms, starts)
+    closed = [j for j in further if not _left_over(context, runs, fit.residual, j)]
+    if not closed:
+        return None
+    hypothesis = Hypothesis((*base.hypothesis.terms, *(terms[j] for j in closed)))
+    return Candidate(hypothesis, [np.concatenate([base.theta, *(fit.theta[j] for j in closed)])])
+
+
+def _left_over(context: Context, runs: Sequence[int], residual: Floats, joint: int) -> bool:
+    """Whether (N, k) residuals of some runs, stacked, are beyond noise and tolerance on one joint."""
+    names, square = _block_squares(context, runs, residual, joint)
+    return beyond(square, context.allowed_square[names], context.block_run[names])
+
+
+def _one_each(context: Context, effect: Effect, fixed: Fixed) -> tuple[list[Term], list[Floats]]:
+    """A term for each joint alone, and where to start them, each (k, p)."""
+    terms = [Term(effect.name, (j + 1,), fixed) for j in range(context.data.joints)]
     rows = [
         _spread(t, [_values(t, s) for s in effect.starts(context.observed, (j,))])
         for j, t in enumerate(terms)
     ]
     starts = [np.stack([row[min(i, len(row) - 1)] for row in rows]) for i in range(max(map(len, rows)))]
+    return terms, starts
+
+
+def _of_kind(context: Context, base: Trial, effect: Effect, fixed: Fixed, taken: Set[int]) -> list[Candidate]:
+    joints = context.data.joints
+    terms, starts = _one_each(context, effect, fixed)
     if terms and context.simulator.dear([terms[0].spec(starts[0][0])]):
         return _dear(context, base, effect, fixed, taken)
     runs, fit = each_joint(context, base, terms, starts)
@@ -209,10 +245,7 @@ def _joint_gain(
     context: Context, base: Trial, runs: Sequence[int], residual: Floats, joint: int
 ) -> JointGain:
     """The gain on one joint of (N, k) residuals of some runs, stacked."""
-    block = np.concatenate([context.angle_blocks.of_sample[i][:, joint] for i in runs])
-    used = block >= 0
-    names, index, counts = np.unique(block[used], return_inverse=True, return_counts=True)
-    new = np.bincount(index, weights=np.square(residual[used, joint])) / counts
+    names, new = _block_squares(context, runs, residual, joint)
     allowed = context.scale.square[names]
     old = base.fitted_square[names]
     gain = 0.5 * (np.log1p(old / allowed) - np.log1p(new / allowed))
@@ -221,6 +254,16 @@ def _joint_gain(
         return JointGain(0.0, 0.0, 0.0)
     difference = mean_difference(gain[moved], context.angle_blocks.run[names[moved]])
     return JointGain(float(gain.sum()), difference.mean, difference.z)
+
+
+def _block_squares(
+    context: Context, runs: Sequence[int], residual: Floats, joint: int
+) -> tuple[Ints, Floats]:
+    """Numbers (b,) of one joint's blocks in some runs, and the mean squares (b,) there of (N, k) residuals."""
+    block = np.concatenate([context.angle_blocks.of_sample[i][:, joint] for i in runs])
+    used = block >= 0
+    names, index, counts = np.unique(block[used], return_inverse=True, return_counts=True)
+    return names, np.bincount(index, weights=np.square(residual[used, joint])) / counts
 
 
 def helped_joints(context: Context, base: Trial, gains: Sequence[JointGain]) -> list[int]:

@@ -64,7 +64,7 @@ def gap_of(context: Context, trial: Trial) -> Gap:
             continue
         held, allowed = trial.held_square[rows], context.allowed_square[rows]
         square[joint] = max(float(held.mean()) - float(context.floor.rad[joint] ** 2), 0.0)
-        significant[joint] = _beyond(held, allowed, context.block_run[rows])
+        significant[joint] = beyond(held, allowed, context.block_run[rows])
     rows = (context.block_joint == -1) & context.selects
     ratio, ground = float("nan"), False
     if rows.any():
@@ -85,12 +85,13 @@ def ground_beyond(context: Context, trial: Trial) -> bool:
         few = rows.sum() < FEW_WINDOWS
         if few and rows.sum() >= 2 and np.mean(held[rows] / allowed[rows]) > 2.0 * GAP_SIZE:
             return True
-        if not few and _beyond(held[rows], allowed[rows], ground.run[rows], surely):
+        if not few and beyond(held[rows], allowed[rows], ground.run[rows], surely):
             return True
     return False
 
 
-def _beyond(square: Floats, allowed: Floats, run: NDArray[np.int64], surely: float = SURELY) -> bool:
+def beyond(square: Floats, allowed: Floats, run: NDArray[np.int64], surely: float = SURELY) -> bool:
+    """Whether the mean squares (b,) of some blocks are beyond those allowed (b,)."""
     excess = mean_difference(np.log1p(square / allowed) - np.log(1 + GAP_SIZE), run)
     overall = float(square.mean() / allowed.mean())
     return (excess.z > GAP_SE and excess.mean > 0) or overall > surely

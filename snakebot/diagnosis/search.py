@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.diagnosis.blocks import Difference
-from snakebot.diagnosis.candidates import CHANGED, Candidate, candidates, usable_effects
+from snakebot.diagnosis.candidates import CHANGED, Candidate, candidates, elsewhere, usable_effects
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis
@@ -28,6 +28,7 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 MOST_EFFECTS = 3
+MOST_TERMS = 6  # an effect may be there several times, on joints that differ in it: one a joint, and one more
 LEAST_LEFT = (
     0.03  # of the gap, that an effect may leave of the motions it was fitted to, if no other can test it
 )
@@ -100,9 +101,11 @@ def search(
         best = winner
         path.append(best)
         if len(best.hypothesis.terms) >= 2:
-            best = _swap(context, best, singles)
+            best = _elsewhere(context, _swap(context, best, singles))
             path[-1] = best
-        if len(best.hypothesis.names) >= limit or closed_enough(context, best, nominal):
+        if len(best.hypothesis.names) >= limit or len(best.hypothesis.terms) >= MOST_TERMS:
+            break
+        if closed_enough(context, best, nominal):
             break
         count = len(best.hypothesis.terms)
         base = best.hypothesis
@@ -114,9 +117,14 @@ def search(
         best = _only_fitted(context, nominal, singles)
     rivals = []
     likely = _likely(context, fits)
+    nearest: dict[
+        str, list[Effect]
+    ] = {}  # of an effect on one joint: all there is to try where it stands on another
     for index in range(len(best.hypothesis.terms)):
-        progress(f"rivals of {best.hypothesis.terms[index].effect}", 0.8 + 0.1 * index)
-        rivals.append(_rivals(context, best, index, singles, tried, likely))
+        effect = best.hypothesis.terms[index].effect
+        progress(f"rivals of {effect}", 0.8 + 0.1 * index)
+        rivals.append(_rivals(context, best, index, singles, tried, nearest.get(effect, likely)))
+        nearest.setdefault(effect, _effects(rivals[-1]) or likely)
     return Found(
         nominal,
         best,
@@ -223,7 +231,7 @@ def _explore(
         progress(f"trying {wanted[count - 1].name}", 0.6 * count / len(wanted))
 
     made = side_by_side(partial(candidates, context, base), wanted, tell)
-    fits = _first_looks(context, chain.from_iterable(made))
+    fits = _first_looks(context, chain.from_iterable(made), base)
     reached = [
         float((context.score(t.fitted_square) - context.score(base.fitted_square))[context.selects].mean())
         for t in fits
@@ -249,12 +257,13 @@ def _called_for(context: Context, base: Trial, library: Sequence[Effect]) -> lis
 
 def _plain(context: Context, best: Trial, singles: Sequence[Trial]) -> Trial:
     """The same said more plainly: of all joints where that does as well, and a servo without torque as a free joint."""
-    for index, term in enumerate(best.hypothesis.terms):
+    for term in best.hypothesis.terms:
         if term.joints is None or len(term.joints) < 2 or not term.open:
             continue
-        terms = list(best.hypothesis.terms)
-        terms[index] = replace(term, joints=None)
-        wider = run_trial(context, Hypothesis(tuple(terms)), [best.theta])
+        parts = zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True)
+        kept = [(t, values) for t, values in parts if t == term or t.effect != term.effect]
+        wide = Hypothesis(tuple(replace(t, joints=None) if t == term else t for t, _ in kept))
+        wider = run_trial(context, wide, [np.concatenate([values for _, values in kept])])
         lost = context.gain(best.held_square, wider.held_square)
         if lost.mean < max(lost.se, NO_LOSS):
             best = wider
@@ -322,6 +331,18 @@ def _swap(context: Context, best: Trial, singles: Sequence[Trial]) -> Trial:
     return max([best, *trials], key=lambda t: t.score(context))
 
 
+def _elsewhere(context: Context, best: Trial) -> Trial:
+    """With the last effect on further joints too, where that is all that ails them.
+
+    Joints that each differ in the same way need no search of the whole library each.
+    """
+    more = elsewhere(context, best)
+    if more is None:
+        return best
+    wider = run_trial(context, more.hypothesis, more.starts)
+    return wider if accepted(context, wider, best) else best
+
+
 def prune(context: Context, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
     """Take out every effect without which the explanation does as well.
 
@@ -345,9 +366,12 @@ def without_term(context: Context, trial: Trial, index: int) -> Trial:
 
 def _likely(context: Context, fits: Sequence[Trial]) -> list[Effect]:
     """The effects that alone came nearest, of the joints and of the body."""
-    order = sorted(fits, key=lambda t: -t.fitted_score(context))
-    names = list(dict.fromkeys(t.hypothesis.names[-1] for t in order))
-    return [find_effect(name) for name in names[:MOST_RIVALS]]
+    return _effects(sorted(fits, key=lambda t: -t.fitted_score(context)))[:MOST_RIVALS]
+
+
+def _effects(trials: Iterable[Trial]) -> list[Effect]:
+    """What was added last in each of some trials."""
+    return [find_effect(n) for n in dict.fromkeys(t.hypothesis.terms[-1].effect for t in trials)]
 
 
 def _rivals(
@@ -386,14 +410,16 @@ def _rivals(
         base = run_trial(context, rest, [best.hypothesis.rest(best.theta, index)], cross=False)
         wanted = [e for e in _called_for(context, base, likely) if rival(e.name, e.stage)]
         made = side_by_side(partial(candidates, context, base), wanted)
-        fits += _first_looks(context, chain.from_iterable(made))
+        fits += _first_looks(context, chain.from_iterable(made), base)
     fits.sort(key=lambda t: -t.fitted_score(context))
     return tuple(_ranked(context, _held_out(context, fits[:MOST_HELD])))
 
 
-def _first_looks(context: Context, made: Iterable[Candidate]) -> list[Trial]:
-    """A rough fit of each candidate, nothing held out."""
-    return side_by_side(lambda c: run_trial(context, c.hypothesis, c.starts, cross=False, rough=True), made)
+def _first_looks(context: Context, made: Iterable[Candidate], base: Trial | None = None) -> list[Trial]:
+    """A rough fit of each candidate, nothing held out; what a ``base`` of many terms says is left as it is."""
+    last = base is not None and len(base.hypothesis.terms) >= MOST_EFFECTS
+    look = partial(run_trial, context, cross=False, rough=True, last=last)
+    return side_by_side(lambda c: look(c.hypothesis, c.starts), made)
 
 
 def _held_out(context: Context, fits: Sequence[Trial]) -> list[Trial]:

@@ -97,13 +97,14 @@ def run_trial(
     cross: bool = True,
     keep: int = 1,
     rough: bool = False,
+    last: bool = False,
 ) -> Trial:
     """Fit ``hypothesis`` from each of ``starts`` (p,), and cross-validate it unless ``cross`` is False.
 
     ``rough``: a first look, with loads of the nominal motion, no interval; where the whole body must be simulated
-    even so, with two runs, and all terms but the last as they start.
+    even so, with two runs, and all terms but the last as they start. ``last``: so in any case.
     """
-    runs, steps, last = context.free_runs, FULL_STEPS, False
+    runs, steps = context.free_runs, FULL_STEPS
     specs = hypothesis.specs(starts[0]) if len(starts) else ()
     if rough and context.simulator.dear(specs):
         runs, steps, last = context.telling_runs, ROUGH_STEPS, True

@@ -49,6 +49,17 @@ def test_same_input_and_seed_same_answer(limited: tuple[Session, Diagnosis]) -> 
     assert diagnose(session).to_mapping() == first.to_mapping()
 
 
+def test_joints_that_each_have_an_offset_of_their_own() -> None:
+    offsets = (1.2, -0.8, 2.0, 0.5)
+    session = make_session(
+        bench(4), [f"servo_offset:offset_deg={v},joints={j}" for j, v in enumerate(offsets, 1)]
+    )
+    found = diagnose(session, only=["servo_offset"])
+    assert found.verdict == "explained"
+    estimates = {cause.joints: cause.parameters["offset_deg"].estimate for cause in found.causes}
+    assert estimates == {(j,): pytest.approx(v, abs=0.02) for j, v in enumerate(offsets, 1)}
+
+
 def test_no_gap_is_no_gap() -> None:
     found = diagnose(make_session(bench()))
     assert found.verdict == "no_gap"

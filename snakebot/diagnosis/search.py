@@ -95,8 +95,9 @@ def search(
     round_ = singles
     limit = 2 if quick else MOST_EFFECTS
     while round_ and len(best.hypothesis.names) < limit:
-        winner = round_[0]
-        if not accepted(context, winner, best) or not _worth(context, winner, best, nominal):
+        earned = (t for t in round_ if accepted(context, t, best) and _worth(context, t, best, nominal))
+        winner = next(earned, None)
+        if winner is None:
             break
         best = winner
         path.append(best)

@@ -12,10 +12,11 @@ from snakebot.diagnosis.closure import angle_closure, forward_speeds, speed_clos
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.groups import degenerate, indistinguishable
 from snakebot.diagnosis.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.merit import lead, touched
 from snakebot.diagnosis.noise import Noise
 from snakebot.diagnosis.probability import Evidence, probability, shared
 from snakebot.diagnosis.result import Cause, Estimate, FitEntry, RankingEntry
-from snakebot.diagnosis.search import Found, lead, touched, without_term
+from snakebot.diagnosis.search import Found, without_term
 from snakebot.diagnosis.trial import Trial, run_trial
 from snakebot.diagnosis.uncertainty import interval
 from snakebot.effects.registry import find_effect

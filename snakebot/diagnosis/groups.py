@@ -16,7 +16,7 @@ from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.data import Data
 from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import bounds
-from snakebot.diagnosis.search import CLEAR_SE, lead, touched
+from snakebot.diagnosis.merit import CLEAR_SE, lead, touched
 from snakebot.diagnosis.side_by_side import side_by_side
 from snakebot.diagnosis.simulate import Simulator
 from snakebot.diagnosis.trial import Trial, run_trial

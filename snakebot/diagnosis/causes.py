@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,86 +82,69 @@ def _weigh(
     single = next((t for t in found.singles if t.hypothesis == alone), None) or run_trial(
         context, alone, [theta]
     )
+    without = found.nominal
     if len(best.hypothesis.terms) > 1:
         without = found.without[index] if found.without else without_term(context, best, index)
-    else:
-        without = found.nominal
-    rows = touched(context, best, without)
-    if not rows.any():
-        rows = context.selects
     outside = [r for r in rivals if r not in group and not degenerate(best, r)]
     ahead = min((lead(context, best, r).mean for r in outside), default=lead(context, best, without).mean)
-    allowed = context.allowed_square[rows]
-    before, after = without.held_square[rows], best.held_square[rows]
-    over = (
-        np.maximum(before - allowed, 0).sum()
-        if term.stage != "body"
-        else (np.maximum(before / allowed - 1, 0)).sum()
-    )
-    left = (
-        np.maximum(after - allowed, 0).sum()
-        if term.stage != "body"
-        else (np.maximum(after / allowed - 1, 0)).sum()
-    )
+    rest, closed = _rest_and_closed(context, best, without, term)
     evidence = Evidence(
-        lead=ahead,
-        rest=float(np.mean(after) / np.mean(allowed))
-        if term.stage != "body"
-        else float(np.mean(after / allowed)),
-        closed=float(1 - left / over) if over > 0 else 0.0,
+        lead=round(ahead, 5),
+        rest=round(rest, 4),
+        closed=round(closed, 4),
         rivals=len(group),
         motions=1 if found.untested else len(context.data.motions),
         explained=explained,
     )
-    closes = lead(context, best, without).mean
-    others = tuple(
-        name
-        for name in dict.fromkeys(t.hypothesis.terms[-1].effect if t.hypothesis.terms else "" for t in group)
-        if name and name != term.effect
-    )
-    fixed = dict(term.fixed)
-    spec = term.spec([float(v) for v in theta])
-    parameters: dict[str, Estimate] = {}
-    for parameter, value, error in zip(term.open, theta, errors, strict=True):
-        ends = interval(parameter, float(value), float(error))
-        parameters[parameter.name] = Estimate(
-            estimate=float(value),
-            ci95=ends,
-            unit=parameter.unit,
-            reason=None if ends is not None else "the data do not constrain it",
-        )
-    for name, value in spec.values.items():
-        if name not in parameters and not isinstance(value, tuple):
-            if (
-                find_effect(term.effect).name == "ground_friction"
-                and value == 1.0
-                and name in fixed
-                and name not in context.known
-            ):
-                continue
-            unit = find_effect(term.effect).parameter(name).unit
-            parameters[name] = Estimate(estimate=float(value), ci95=None, unit=unit, fixed=True)
+    others = dict.fromkeys(t.hypothesis.terms[-1].effect if t.hypothesis.terms else "" for t in group)
     cause = Cause(
         effect=term.effect,
         joints=joints_of(context, term),
         stage=term.stage,
         probability=SEEN if by_chance else round(probability(evidence), 3),
-        parameters=parameters,
-        indistinguishable_from=others,
+        parameters=_estimates(context, term, theta, errors),
+        indistinguishable_from=tuple(name for name in others if name and name != term.effect),
         closure_alone=_closure_alone(context, found.nominal, single, term),
-        specification=str(spec),
-        evidence={}
-        if by_chance
-        else {
-            "lead": round(evidence.lead, 5),
-            "rest": round(evidence.rest, 4),
-            "closed": round(evidence.closed, 4),
-            "rivals": evidence.rivals,
-            "motions": evidence.motions,
-            "explained": float(explained),
-        },
+        specification=str(term.spec([float(v) for v in theta])),
+        evidence={} if by_chance else {name: float(value) for name, value in asdict(evidence).items()},
     )
-    return _Weighed(cause, group, closes)
+    return _Weighed(cause, group, lead(context, best, without).mean)
+
+
+def _rest_and_closed(context: Context, best: Trial, without: Trial, term: Term) -> tuple[float, float]:
+    """Where a term does something: the mean square left, over the allowed one, and the share of the gap it closes."""
+    rows = touched(context, best, without)
+    if not rows.any():
+        rows = context.selects
+    allowed = context.allowed_square[rows]
+    before, after = without.held_square[rows], best.held_square[rows]
+    if term.stage == "body":  # features of different units, each against what it is allowed
+        before, after, allowed = before / allowed, after / allowed, np.ones_like(allowed)
+    over, left = (float(np.maximum(square - allowed, 0).sum()) for square in (before, after))
+    return float(np.mean(after) / np.mean(allowed)), 1 - left / over if over > 0 else 0.0
+
+
+def _estimates(context: Context, term: Term, theta: Floats, errors: Floats) -> dict[str, Estimate]:
+    """Parameters of a term: fitted (p,) with their standard errors (p,), and those that were held."""
+    out: dict[str, Estimate] = {}
+    for parameter, value, error in zip(term.open, theta, errors, strict=True):
+        ends = interval(parameter, float(value), float(error))
+        out[parameter.name] = Estimate(
+            estimate=float(value),
+            ci95=ends,
+            unit=parameter.unit,
+            reason=None if ends is not None else "the data do not constrain it",
+        )
+    effect, fixed = find_effect(term.effect), dict(term.fixed)
+    for name, value in term.spec([float(v) for v in theta]).values.items():
+        if name in out or isinstance(value, tuple):
+            continue
+        as_nominal = effect.name == "ground_friction" and value == 1.0 and name in fixed
+        if not as_nominal or name in context.known:
+            out[name] = Estimate(
+                estimate=float(value), ci95=None, unit=effect.parameter(name).unit, fixed=True
+            )
+    return out
 
 
 def speed_closed(context: Context, trial: Trial) -> float | None:

@@ -23,7 +23,7 @@ _MAX_BITS = 8 * _MAX_BYTES
 _MAX_ID = 0x7FF
 
 _ASIDE = re.compile(r'"(?:\\"|[^"])*"|//[^\n]*')
-_LENGTH = re.compile(r"\bBO_\s+\d+\s+\w+\s*:\s*(\d+)")
+_LENGTH = re.compile(r"BO_\s*\d+\s*\w*\s*:\s*(\d+)")  # a number ends where a name begins: no space is needed
 _BITS = re.compile(r":\s*(\d+)\s*\|\s*(\d+)\s*@")
 _TOO_MUCH = re.compile(r"\d{25}|\d\.?[eE][-+]?\d{3}|\bSG_MUL_VAL_\b|\bSG_\s+\w+\s+[mM]")
 

@@ -87,6 +87,7 @@ FOUND_BY_FUZZING = {
     "dbc": [
         b"BO_ 1 A: 9 H\n", b"BO_ 1 A // aside\n: 99 H\n", b'BO_ 1 A: 1 H\n SG_ a : 0|99999@1+ (1,0) [0|1] "" H\n',
         b'BO_ 1 A: 1 H\n SG_ a : 0|8@1+ (1E99999999,0) [0|1] "" H\n', b"BO_ 1 A: 1 H\nBO_ 1 B: 1 H\n",
+        b"BO_ 2F : 88A", b"BO_2F:88A", b"BO_ 2\tF\n:\n88A",
         b'BO_ 1 A: 1 H\n SG_ a : 0|8@1+ (0,0) [0|1] "" H\n', b'BO_ 1 A: 1 H\n SG_ a : 0|8@0+ (1,0) [0|1] "" H\n',
     ],
     "port": [b"serial:spy:///dev/ttyUSB0?file=/tmp/x", b"SPY://x?all&file=y", b"serial:/dev/x?baud=\xd9\xa1"],

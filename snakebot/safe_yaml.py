@@ -17,6 +17,7 @@ from snakebot.errors import BadInputError
 MAX_BYTES = 4 << 20
 MAX_NODES = 200_000  # with aliases written out
 MAX_DEPTH = 50
+INTEGERS = 1 << 63  # larger ones are nobody's number, and no array's
 
 _TAG = "tag:yaml.org,2002:"
 _SCALARS = tuple(_TAG + kind for kind in ("null", "bool", "int", "float"))
@@ -40,7 +41,10 @@ class _PlainLoader(_Safe):  # type: ignore[misc]
         if ":" in str(node.value):
             return node.value
         try:
-            return _Safe.yaml_constructors[node.tag](self, node)
+            value = _Safe.yaml_constructors[node.tag](self, node)
+            if isinstance(value, int) and not -INTEGERS <= value < INTEGERS:
+                raise OverflowError
+            return value
         except (ArithmeticError, LookupError, ValueError):
             why = f"{str(node.value)[:40]!r} is no {node.tag.removeprefix(_TAG)}"
             raise ConstructorError(None, None, why, node.start_mark) from None

@@ -31,6 +31,9 @@ MAX_TOTAL_BYTES = 2 << 30  # decompressed: an hour at 500 Hz and 5 joints is 1.5
 MAX_RATIO = 400  # decompressed to stored, beyond the first 8 MiB: more is a decompression bomb, not a log
 MAX_CHANNELS = 1024
 
+# What reading a damaged record raises: a length beyond 63 bits is an OverflowError.
+NOT_AS_WRITTEN = (McapError, struct.error, ValueError, OverflowError)
+
 _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
 _MESSAGE_FIXED = 22  # bytes of a message before its data
@@ -81,7 +84,7 @@ class Container:
             try:
                 if Header.read(ReadDataStream(BytesIO(file.read(length)))).profile == channels.PROFILE:
                     return
-            except (McapError, struct.error, UnicodeDecodeError):
+            except NOT_AS_WRITTEN:
                 pass  # said below
         raise UnreadableLogError(f"{self.path}: an MCAP file, but not a run log of snakebot")
 
@@ -127,7 +130,7 @@ class Container:
             else:
                 self._admit(length)
                 self._attachment(body)
-        except (McapError, struct.error, UnicodeDecodeError, ValueError):
+        except NOT_AS_WRITTEN:
             what = "chunk" if opcode == Opcode.CHUNK else Opcode(opcode).name.lower()
             self.problems.append(f"damaged {what} at byte {offset}: left out")
 
@@ -186,7 +189,7 @@ class Container:
                     if opcode == Opcode.CHANNEL:
                         self._channel(data[at + 9 : stop])
                 at = stop
-        except (struct.error, UnicodeDecodeError, ValueError, McapError):
+        except NOT_AS_WRITTEN:
             raise UnreadableLogError(
                 f"{self.path}: a chunk is not made of MCAP records; not a snakebot log"
             ) from None

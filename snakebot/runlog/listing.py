@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, McapRecord, Metadata, MetadataIndex, Statistics
 from mcap.stream_reader import StreamReader
@@ -20,7 +19,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from snakebot.errors import LogError
 from snakebot.runlog.channels import JOINTS
-from snakebot.runlog.container import Container
+from snakebot.runlog.container import NOT_AS_WRITTEN, Container
 from snakebot.runlog.finish import merge_metadata
 from snakebot.runlog.lock import is_being_written
 from snakebot.runlog.naming import PART_SUFFIX, SUFFIX
@@ -111,7 +110,7 @@ def _from_index(path: Path) -> LogSummary | None:
             metadata = [
                 _metadata_at(file, size, index) for index in records if isinstance(index, MetadataIndex)
             ]
-    except (OSError, McapError, struct.error, ValueError, OverflowError, StopIteration):
+    except (OSError, StopIteration, *NOT_AS_WRITTEN):
         return None
     merged, damaged = merge_metadata(metadata)
     if damaged:

@@ -79,6 +79,10 @@ FOUND_BY_FUZZING = {
         b"joints: !!null [1]",
         b"joints: " + b"1:" * 200 + b"1.0", b"joints: 2026-99-99", b"? {a: 1}\n: 2", b'name: "\\ud800"\njoints: 1',
     ],
+    "session": [
+        b"robot: {joints: 1}\nruns: [{file: run_01.csv, forward_speed_m_s: " + b"1" * 40 + b"}]",
+        b"robot: {joints: 1}\nruns: [{file: run_01.csv, gait: {omega_rad_s: -" + b"1" * 40 + b"}}]",
+    ],
     "plug_in": [
         ENTRIES + b"no equals sign\n", b"[console_scripts]\nnor here\n", ENTRIES + b"x = ../../y:z\n",
         ENTRIES + b"\xff = a:b\n", ENTRIES + b"$(touch x) = a:b\n", ENTRIES + b"x = a:b [\xc2\x85]",
@@ -110,6 +114,7 @@ def test_what_was_found_stays_refused(kind: str, data: bytes) -> None:
     [
         ("robot", b"schema: snakebot.robot/1\njoints: 1\nname: a\nservo: {gain_found_out: }\n"),
         ("log_index", b"\x09" + bytes(9) + b":" + bytes(3)),  # the footer as the length of an attachment
+        ("log_index", b"\x09;" + bytes(31) + b"\xbc" * 35),  # so in the data, which is gone through instead
     ],
 )
 def test_what_was_found_is_read(kind: str, data: bytes) -> None:

@@ -32,6 +32,8 @@ EXIT_LOG = 6
 EXIT_HOST_LATE = 7
 EXIT_INTERRUPTED = 130
 
+MAX_LINE = 2000  # characters of an error
+
 # Control characters (a terminal obeys them), marks that turn the direction of writing, halves of characters.
 _UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
@@ -43,7 +45,10 @@ class SnakebotError(Exception):
 
     def __str__(self) -> str:
         """One line that a terminal may be given, whatever a file or an option that is quoted in it held."""
-        line = " ".join(super().__str__().splitlines())
+        text = super().__str__()
+        if len(text) > MAX_LINE:  # a file's own words may be quoted in it
+            text = f"{text[: MAX_LINE * 3 // 4]} ... {text[-MAX_LINE // 4 :]}"
+        line = " ".join(text.splitlines())
         return _UNPRINTABLE.sub(lambda sign: sign[0].encode("unicode_escape").decode(), line)
 
 

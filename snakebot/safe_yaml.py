@@ -70,9 +70,11 @@ def load_yaml(data: bytes | str, where: str) -> Any:
             node = loader.get_single_node()
             if node is None:
                 return None
-            if _written_out(node, {}, 0) > MAX_NODES:
+            nodes, characters = _written_out(node, {}, 0)
+            if nodes > MAX_NODES or characters > MAX_BYTES:
                 raise BadInputError(
-                    f"{where}: its aliases (*name) stand for more than {MAX_NODES} values; not read"
+                    f"{where}: its aliases (*name) stand for more than {MAX_NODES} values or "
+                    f"{MAX_BYTES >> 20} MiB; not read"
                 )
             return loader.construct_document(node)
         finally:
@@ -97,16 +99,22 @@ def _check_size(text: str, where: str) -> None:
             raise BadInputError(f"{where}: holds more than {MAX_NODES} values; not read")
 
 
-def _written_out(node: Any, sizes: dict[int, int], depth: int) -> int:
-    """Number of nodes below ``node`` when each alias is replaced by what it stands for."""
+def _written_out(node: Any, sizes: dict[int, tuple[int, int]], depth: int) -> tuple[int, int]:
+    """Number of nodes and of characters below ``node`` when each alias is replaced by what it stands for."""
     if depth > MAX_DEPTH:
         raise RecursionError
     known = sizes.get(id(node))
     if known is not None:
         return known
+    nodes, characters, children = 1, 0, []
     if isinstance(node, yaml.MappingNode):
         children = [child for pair in node.value for child in pair]
+    elif isinstance(node, yaml.SequenceNode):
+        children = node.value
     else:
-        children = node.value if isinstance(node, yaml.SequenceNode) else []
-    sizes[id(node)] = 1 + sum(_written_out(child, sizes, depth + 1) for child in children)
-    return sizes[id(node)]
+        characters = len(node.value)
+    for child in children:
+        below = _written_out(child, sizes, depth + 1)
+        nodes, characters = nodes + below[0], characters + below[1]
+    sizes[id(node)] = nodes, characters
+    return nodes, characters

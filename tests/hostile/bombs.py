@@ -26,7 +26,12 @@ def yaml_bombs() -> Iterator[tuple[str, bytes]]:
     for number in range(1, 100):
         laughs += f"a{number}: &a{number} [{', '.join([f'*a{number - 1}'] * 9)}]\n"
         merges += f"a{number}: &a{number} {{<<: [{', '.join([f'*a{number - 1}'] * 9)}], y{number}: 1}}\n"
+    long = f"robot: {{joints: 1}}\nt: &t {'x' * 7000}\na0: &a0 [{', '.join(['*t'] * 14)}]\n"
+    for number in range(1, 4):
+        long += f"a{number}: &a{number} [{', '.join([f'*a{number - 1}'] * 14)}]\n"
+    long += "joints: *a3\nruns: [{file: run_01.csv, forward_speed_m_s: *a3}]\n"
     yield "laughs", laughs.encode()
+    yield "one long text", long.encode()  # few values, each of them long
     yield "merges", merges.encode()
     yield "base 60", b"joints: 1" + b":59" * 3300
     yield "digits", b"joints: " + b"9" * 10_000

@@ -12,7 +12,14 @@ import pytest
 from bombs import BOUND_MIB
 from parsers import PARSERS
 
-LARGE = {"csv_gz": 6, "parquet": 500, "log": 15, "dbc": 4, "robot": 9, "session": 9}  # at least so many bombs
+LARGE = {
+    "csv_gz": 6,
+    "parquet": 500,
+    "log": 15,
+    "dbc": 4,
+    "robot": 10,
+    "session": 10,
+}  # at least so many bombs
 
 
 @pytest.mark.slow

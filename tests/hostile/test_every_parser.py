@@ -83,6 +83,7 @@ FOUND_BY_FUZZING = {
         b"robot: {joints: 1}\nruns: [{file: run_01.csv, forward_speed_m_s: " + b"1" * 40 + b"}]",
         b"robot: {joints: 1}\nruns: [{file: run_01.csv, gait: {omega_rad_s: -" + b"1" * 40 + b"}}]",
         b"robot: {joints: 1}\nruns: [{file: run_01.csv, forward_speed_m_s: " + b"1" * 9999 + b"}]",
+        b"robot: {joints: 1}\nruns: [{file: " + b"a" * 300 + b".csv}]",
     ],
     "plug_in": [
         ENTRIES + b"no equals sign\n", b"[console_scripts]\nnor here\n", ENTRIES + b"x = ../../y:z\n",

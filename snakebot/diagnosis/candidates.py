@@ -140,8 +140,10 @@ def elsewhere(context: Context, base: Trial) -> Candidate | None:
     effect = find_effect(term.effect)
     taken = {j for t in base.hypothesis.terms if t.effect == term.effect for j in t.joints or ()}
     same = sum(t.effect == term.effect for t in base.hypothesis.terms)
+    if term.joints is None or not term.open or same < 2:
+        return None
     further = [int(j) for j in np.flatnonzero(gap_of(context, base).significant) if j + 1 not in taken]
-    if term.joints is None or not term.open or same < 2 or not further:
+    if not further:
         return None
     terms, starts = _one_each(context, effect, term.fixed)
     if context.simulator.dear([terms[0].spec(starts[0][0])]):

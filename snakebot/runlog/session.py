@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import stat
 import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -142,11 +141,7 @@ def _inside(folder: Path, where: str, name: Any) -> Path:
     path = folder / name
     if Path(name).is_absolute() or not path.resolve().is_relative_to(folder.resolve()):
         raise BadInputError(f"{where}: file: {name!r}: leaves the session's folder; not read")
-    try:
-        there = stat.S_ISREG(path.stat().st_mode)
-    except OSError:  # not there, or a name that no file can have
-        there = False
-    if not there:
+    if not os.path.isfile(path):  # Path.is_file() raises for a name that no file can have
         raise BadInputError(f"{path}: no such file, but {where} names it")
     return path
 

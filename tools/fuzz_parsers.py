@@ -136,25 +136,27 @@ def by_atheris(counted: Counted, seeds: list[bytes], runs: int, seconds: int, se
 def by_hypothesis(counted: Counted, runs: int, seconds: int, seed: int) -> None:
     """In rounds: hypothesis keeps a tree of what it has tried, which would grow with a million of cases."""
     import hypothesis
-    from damage import damaged
+    from damage import damaged_many
 
     until = time.monotonic() + seconds
+    number = 0
     while counted.cases < runs and time.monotonic() < until:
 
-        @hypothesis.seed(seed)
+        @hypothesis.seed(1000 * seed + number)
         @hypothesis.settings(
-            max_examples=min(5000, runs - counted.cases),
+            max_examples=500,
             deadline=None,
             database=None,
             suppress_health_check=list(hypothesis.HealthCheck),
         )
-        @hypothesis.given(damaged(counted.name))
-        def round_of_cases(data: bytes) -> None:
-            if time.monotonic() < until:
-                counted(data)
+        @hypothesis.given(damaged_many(counted.name, 16))
+        def round_of_cases(inputs: list[bytes]) -> None:
+            for data in inputs:
+                if counted.cases < runs and time.monotonic() < until:
+                    counted(data)
 
         round_of_cases()
-        seed += 1
+        number += 1
     counted.tell()
 
 

@@ -1,4 +1,8 @@
-"""Damaged input, as hypothesis draws it: a sound seed with parts overwritten, cut out, doubled or put in."""
+"""Damaged input, as hypothesis draws it: a sound seed with parts overwritten, cut out, doubled or put in.
+
+The damage is read off a tape of random bytes: one draw for a whole case, or for many (hypothesis takes as long to draw
+as most parsers take to read). A tape of zeros does no damage, so what hypothesis shrinks to is close to sound.
+"""
 
 from __future__ import annotations
 
@@ -14,24 +18,56 @@ NASTY = [
 ]  # fmt: skip
 
 
-@st.composite
-def damaged(draw: st.DrawFn, kind: str) -> bytes:
-    """One time in ten, anything at all."""
-    if draw(st.integers(0, 9)) == 0:
-        return draw(st.binary(max_size=200))
-    data = bytearray(draw(st.sampled_from(seeds(kind))))
-    for _ in range(draw(st.integers(0, 6))):
-        at = draw(st.integers(0, len(data)))
-        end = min(len(data), at + draw(st.integers(0, 20)))
-        what = draw(st.integers(0, 4))
+TAPE_BYTES = 160  # six pieces of damage, of 20 bytes each, and what says where
+
+
+class Tape:
+    """Random bytes, read from front to back; zeros after its end."""
+
+    def __init__(self, data: bytes) -> None:
+        self.data, self.at = data, 0
+
+    def bytes(self, count: int) -> bytes:
+        part = self.data[self.at : self.at + count]
+        self.at += count
+        return part
+
+    def below(self, bound: int) -> int:
+        return int.from_bytes(self.bytes(2), "little") % bound
+
+
+def damage(kind: str, tape_bytes: bytes) -> bytes:
+    """The damaged input for a parser that this tape describes; one in ten is anything at all."""
+    tape = Tape(tape_bytes)
+    if tape.below(10) == 9:
+        return tape.bytes(tape.below(TAPE_BYTES))
+    sound = seeds(kind)
+    data = bytearray(sound[tape.below(len(sound))])
+    for _ in range(tape.below(7)):
+        at = tape.below(len(data) + 1)
+        end = min(len(data), at + tape.below(21))
+        what = tape.below(5)
         if what == 0:
-            data[at:end] = draw(st.binary(max_size=20))
+            data[at:end] = tape.bytes(tape.below(21))
         elif what == 1:
             del data[at:end]
         elif what == 2:
             data[at:at] = data[at:end]
         elif what == 3:
-            data[at:at] = draw(st.sampled_from(NASTY))
+            data[at:at] = NASTY[tape.below(len(NASTY))]
         elif at < len(data):
-            data[at] ^= 1 << draw(st.integers(0, 7))
+            data[at] ^= 1 << tape.below(8)
     return bytes(data)
+
+
+def damaged(kind: str) -> st.SearchStrategy[bytes]:
+    """One damaged input."""
+    return st.binary(min_size=TAPE_BYTES, max_size=TAPE_BYTES).map(lambda tape: damage(kind, tape))
+
+
+def damaged_many(kind: str, count: int) -> st.SearchStrategy[list[bytes]]:
+    """Several of them, each off its own part of one tape."""
+    size = count * TAPE_BYTES
+    return st.binary(min_size=size, max_size=size).map(
+        lambda tape: [damage(kind, tape[at : at + TAPE_BYTES]) for at in range(0, size, TAPE_BYTES)]
+    )

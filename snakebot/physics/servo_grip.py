@@ -100,7 +100,7 @@ def follow(
         if is_free(params, setpoint, j):
             kind[j] = FREE
             continue
-        springy = grips[j, STIFFNESS] > 0.0 and params[j, LOCKED] == DRIVEN
+        springy = _springy(grips[j], params[j])
         was = kind[j]
         kind[j] = TORQUE if springy else PRESCRIBED
         aim = state[j, MOTOR] if springy else state[j, OUTPUT]
@@ -149,8 +149,15 @@ def follow(
         if kind[j] == FREE:
             state[j, OUTPUT] = phi[j]
             state[j, OUTPUT_RATE] = dphi[j]
-        elif grips[j, STIFFNESS] > 0.0 and params[j, LOCKED] == DRIVEN:
+        elif _springy(grips[j], params[j]):
             state[j, HELD_BACK] = phi[j] - state[j, SMOOTH]
+
+
+@jit
+def _springy(grip: Any, row: Any) -> bool:
+    """Whether there is a spring between this joint and its motor."""
+    spring: bool = grip[STIFFNESS] > 0.0 and row[LOCKED] == DRIVEN
+    return spring
 
 
 @jit

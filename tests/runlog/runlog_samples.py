@@ -22,6 +22,18 @@ from snakebot.runlog import (
 ROBOT = load_robot("penn_state")
 START_NS = 1_795_000_000_000_000_000
 REALDATA = Path(__file__).resolve().parents[3] / "shared" / "realdata"
+ONE_JOINT = "robot: {joints: 1}\nruns:\n  - {file: run.csv}\n"
+ROWS = "t_s,cmd_1_rad,enc_1_rad\n0.0,0.1,0.2\n0.01,0.3,0.4\n"
+
+
+def session_folder(
+    folder: Path, table: str | bytes = ROWS, text: str = ONE_JOINT, name: str = "run.csv"
+) -> Path:
+    """A session of one table, written as it is given."""
+    folder.mkdir(exist_ok=True)
+    (folder / "session.yaml").write_text(text)
+    (folder / name).write_bytes(table if isinstance(table, bytes) else table.encode())
+    return folder
 
 
 def bench(joints: int) -> Robot:

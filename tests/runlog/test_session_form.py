@@ -11,27 +11,16 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from runlog_samples import REALDATA, ROBOT, bench, write_everything
+from runlog_samples import REALDATA, ROBOT, ROWS, bench, session_folder
 
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
-from snakebot.runlog import LogWarning, Run, open_run, open_runs, open_session, read_session, write_session
-from snakebot.runlog.repeats import mark_repeats
+from snakebot.runlog import LogWarning, Run, read_session, write_session
 from snakebot.safe_yaml import load_yaml
-
-ONE_JOINT = "robot: {joints: 1}\nruns:\n  - {file: run.csv}\n"
-ROWS = "t_s,cmd_1_rad,enc_1_rad\n0.0,0.1,0.2\n0.01,0.3,0.4\n"
-
-
-def _session(folder: Path, table: str | bytes = ROWS, text: str = ONE_JOINT, name: str = "run.csv") -> Path:
-    folder.mkdir(exist_ok=True)
-    (folder / "session.yaml").write_text(text)
-    (folder / name).write_bytes(table if isinstance(table, bytes) else table.encode())
-    return folder
 
 
 def test_a_minimal_session_reads(tmp_path: Path) -> None:
-    session = read_session(_session(tmp_path / "s"))
+    session = read_session(session_folder(tmp_path / "s"))
     run = session.runs[0]
     assert session.robot.joints == 1
     assert run.name == "run.csv"
@@ -66,7 +55,7 @@ runs:
         "0,,nan,0.1,NaN,0.2,0.3,1,2,3,0.5,7.4,\n"
         "0.5,0.1,0.2,0.3,0.4,0.5,0.6,4,5,6,0.5,7.4,30\n"
     )
-    folder = _session(tmp_path / "s", table, text)
+    folder = session_folder(tmp_path / "s", table, text)
     (folder / "other.csv.gz").write_bytes(gzip.compress(table.encode()))
     session = read_session(folder)
     run, other = session.runs
@@ -134,7 +123,7 @@ runs:
 )
 def test_errors_name_file_row_and_column(tmp_path: Path, table: str | bytes, said: str) -> None:
     with pytest.raises(BadInputError) as error:
-        read_session(_session(tmp_path / "s", table))
+        read_session(session_folder(tmp_path / "s", table))
     assert said in str(error.value)
     assert str(tmp_path / "s") in str(error.value)
     assert "\n" not in str(error.value)
@@ -198,7 +187,7 @@ def test_errors_name_file_row_and_column(tmp_path: Path, table: str | bytes, sai
     ],
 )
 def test_errors_in_the_yaml_name_the_key(tmp_path: Path, text: str, said: str) -> None:
-    folder = _session(tmp_path / "s", text=text)
+    folder = session_folder(tmp_path / "s", text=text)
     (tmp_path / "run.csv").write_text(ROWS)
     os.symlink(tmp_path / "run.csv", folder / "link.csv")
     with pytest.raises(BadInputError) as error:
@@ -212,7 +201,7 @@ def test_errors_in_the_yaml_name_the_key(tmp_path: Path, text: str, said: str) -
 def test_unknown_columns_and_keys_are_kept_with_one_warning_each(tmp_path: Path) -> None:
     text = "robot: {joints: 1}\nlab: 7\nruns:\n  - {file: run.csv, author_targets: [kp, tau]}\n  - {file: b.csv}\n"
     table = "t_s,cmd_1_rad,enc_1_rad,load_1_raw,comment\n0,0,0,5,start\n1,0,0,6,\n"
-    folder = _session(tmp_path / "s", table, text)
+    folder = session_folder(tmp_path / "s", table, text)
     (folder / "b.csv").write_text(table)
     with pytest.warns(LogWarning) as told:
         session = read_session(folder)
@@ -222,44 +211,6 @@ def test_unknown_columns_and_keys_are_kept_with_one_warning_each(tmp_path: Path)
     assert session.runs[0].metadata == {"author_targets": ["kp", "tau"]}
     np.testing.assert_array_equal(session.runs[0].extra["load_1_raw"], [5, 6])
     assert len(session.warnings) == 2
-
-
-def test_blank_lines_at_the_end_and_crlf_are_no_rows(tmp_path: Path) -> None:
-    run = read_session(_session(tmp_path / "s", ROWS.replace("\n", "\r\n") + "\r\n\r\n")).runs[0]
-    assert len(run) == 2
-
-
-def test_a_byte_order_mark_is_put_up_with(tmp_path: Path) -> None:
-    assert len(read_session(_session(tmp_path / "s", b"\xef\xbb\xbf" + ROWS.encode())).runs[0]) == 2
-
-
-def test_a_gzip_bomb_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from snakebot.runlog import table
-
-    monkeypatch.setattr(table, "MAX_BYTES", 1 << 20)
-    row = b"0.5,0.0,0.0\n"
-    bomb = gzip.compress(b"t_s,cmd_1_rad,enc_1_rad\n" + row * (20 << 20 >> 3))
-    folder = _session(tmp_path / "s", bomb, ONE_JOINT.replace("run.csv", "run.csv.gz"), "run.csv.gz")
-    with pytest.raises(BadInputError, match="unpacks to more than 1 MiB"):
-        read_session(folder)
-
-
-def test_a_torn_gzip_is_one_line(tmp_path: Path) -> None:
-    packed = gzip.compress(ROWS.encode() * 1000)
-    for data in (packed[: len(packed) // 2], b"no gzip at all", packed[:-3]):
-        folder = _session(tmp_path / "s", data, ONE_JOINT.replace("run.csv", "run.csv.gz"), "run.csv.gz")
-        with pytest.raises(BadInputError, match=r"run\.csv\.gz"):
-            read_session(folder)
-
-
-def test_too_many_cells_are_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from snakebot.runlog import table
-
-    monkeypatch.setattr(table, "MAX_CELLS", 1000)
-    rows = "".join(f"{i},0,0\n" for i in range(5000))
-    folder = _session(tmp_path / "s", "t_s,cmd_1_rad,enc_1_rad\n" + rows)
-    with pytest.raises(BadInputError, match="more than 1000 cells"):
-        read_session(folder)
 
 
 @pytest.mark.parametrize("form", ["csv", "csv.gz", "parquet"])
@@ -307,49 +258,6 @@ def test_a_session_with_a_wrong_joint_count_is_not_written(tmp_path: Path) -> No
     assert not (tmp_path / "s").exists()
 
 
-def test_a_parquet_of_text_is_an_error_that_names_the_column(tmp_path: Path) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    folder = _session(tmp_path / "s", text=ONE_JOINT.replace("csv", "parquet"))
-    good = {"t_s": [0.0, 1.0], "cmd_1_rad": [0.0, None], "enc_1_rad": [0, 1]}
-    pq.write_table(pa.table(good), folder / "run.parquet")
-    np.testing.assert_array_equal(read_session(folder).runs[0].command_rad, [[0], [np.nan]])
-    pq.write_table(pa.table({**good, "enc_1_rad": ["a", "b"]}), folder / "run.parquet")
-    with pytest.raises(BadInputError, match="column enc_1_rad: not numbers but string"):
-        read_session(folder)
-    pq.write_table(pa.table({**good, "t_s": [1.0, 1.0]}), folder / "run.parquet")
-    with pytest.raises(BadInputError, match="row 2, column t_s: time does not rise"):
-        read_session(folder)
-    (folder / "run.parquet").write_bytes(b"PAR1 no table PAR1")
-    with pytest.raises(BadInputError, match=r"run\.parquet"):
-        read_session(folder)
-
-
-def test_a_parquet_bomb_is_not_unpacked(tmp_path: Path) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    folder = _session(tmp_path / "s", text=ONE_JOINT.replace("csv", "parquet"))
-    zeros = pa.table({name: np.zeros(1_000_000) for name in ("t_s", "cmd_1_rad", "enc_1_rad")})
-    with pq.ParquetWriter(folder / "run.parquet", zeros.schema) as writer:
-        for _ in range(20):
-            writer.write_table(zeros)
-    assert (folder / "run.parquet").stat().st_size < 1_000_000
-    with pytest.raises(BadInputError, match="20000000 rows of 3 columns are too many"):
-        read_session(folder)
-
-
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.binary(max_size=300))
-def test_any_bytes_as_a_table_are_rows_or_one_line(
-    tmp_path_factory: pytest.TempPathFactory, data: bytes
-) -> None:
-    folder = tmp_path_factory.mktemp("fuzz")
-    for table in (data, b"t_s,cmd_1_rad,enc_1_rad\n" + data):
-        _one_line_or_rows(_session(folder, table))
-
-
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.text(max_size=200) | st.binary(max_size=200))
 def test_any_yaml_is_plain_data_or_one_line(data: str | bytes) -> None:
@@ -359,55 +267,6 @@ def test_any_yaml_is_plain_data_or_one_line(data: str | bytes) -> None:
         said = str(error)
         assert said.startswith("here.yaml: ")
         assert "\n" not in said
-
-
-def _one_line_or_rows(folder: Path) -> None:
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", LogWarning)
-            read_session(folder)
-    except BadInputError as error:
-        assert "\n" not in str(error)  # noqa: PT017
-
-
-def test_logs_and_sessions_open_alike(tmp_path: Path) -> None:
-    log = write_everything(tmp_path / "logs" / "one.mcap")
-    write_everything(tmp_path / "logs" / "two.mcap")
-    run = open_run(log)
-    assert run.name == "one"
-    write_session(tmp_path / "s", ROBOT, [run])
-    np.testing.assert_array_equal(open_run(tmp_path / "s").command_rad, run.command_rad)
-    np.testing.assert_array_equal(open_run(tmp_path / "s" / "one.csv").command_rad, run.command_rad)
-    assert [r.name for r in open_session(tmp_path / "logs").runs] == ["one", "two"]
-    together = open_runs([tmp_path / "s", log, tmp_path / "logs"])
-    assert [r.name for r in together.runs] == ["one.csv", "one", "one-2", "two"]
-    with pytest.raises(BadInputError, match="holds 2 runs; name one"):
-        open_run(tmp_path / "logs")
-    for nonsense in (tmp_path, tmp_path / "gone.mcap", tmp_path / "x.txt", tmp_path / "s" / "gone.csv"):
-        with pytest.raises(BadInputError):
-            open_session(nonsense)
-
-
-def test_sessions_of_other_robots_do_not_mix(tmp_path: Path) -> None:
-    write_everything(tmp_path / "one.mcap")
-    with pytest.raises(BadInputError, match="1 joints, but"):
-        open_runs([tmp_path / "one.mcap", _session(tmp_path / "s")])
-
-
-def test_repeats_are_found(tmp_path: Path) -> None:
-    t_s = np.arange(0, 5, 0.01)
-    wave = np.sin(2 * t_s)[:, None] * np.ones(5)
-    late = t_s + np.random.default_rng(0).uniform(0, 0.002, t_s.size)  # a loop's jitter
-    runs = [
-        Run("a", t_s, wave, wave),
-        Run("b", late, np.sin(2 * late)[:, None] * np.ones(5), wave),
-        Run("larger", t_s, 1.1 * wave, wave),
-        Run("faulty", t_s, wave, wave, metadata={"faults": ["free:3"]}),
-        Run("again", t_s + 7, wave, wave),
-        Run("own", t_s, wave, wave, repeat_of="again"),
-        Run("off", t_s, np.where(t_s[:, None] < 9, np.nan, wave), wave),
-    ]
-    assert [run.repeat_of for run in mark_repeats(runs)] == [None, "a", None, None, "a", "a", None]
 
 
 FOLDERS = sorted(path.parent for path in REALDATA.glob("*/*/session.yaml"))

@@ -10,14 +10,15 @@ Engines: atheris (libFuzzer, guided by coverage; needs the extra `fuzz`: pip ins
 (damaged sound input, as in tests/hostile). A case may raise the documented errors only, in one printable line; it may
 write nothing outside its own folder, start no program, execute no text, and all cases together may not take more than
 256 MiB over what the parser takes for sound input. What does is a finding: its input is left in build/fuzz, and the
-exit status is 1. One process at a time; a parser ends at --runs cases or after --seconds, whichever is first. What was
-run is written down in --ledger: with --go-on those cases count, and every run has a seed of its own.
+exit status is 1. A parser ends at --runs cases or after --seconds, whichever is first. What was
+run is written down in --ledger: with --go-on those cases count. Every process has a seed of its own.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import math
 import os
 import re
 import resource
@@ -33,6 +34,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "build" / "fuzz"
 MORE_MIB = 256  # over the memory that sound input takes
+CASES_OF_A_PROCESS = 200_000  # atheris loses some 500 bytes of memory a case, hypothesis keeps a tree of them
 CASE_S = 30  # a case that takes longer hangs
 sys.path.insert(0, str(ROOT / "tests" / "hostile"))
 from watch import look_away, watch  # noqa: E402
@@ -61,7 +63,6 @@ class Counted:
         self.folder = folder()
         self.cases = 0
         self.findings: dict[str, str] = {}
-        self.began = time.monotonic()
         self.base_mib = self.peak_mib = 0
 
     def __call__(self, data: bytes) -> None:
@@ -100,8 +101,7 @@ class Counted:
             )
 
     def tell(self) -> None:
-        seconds = round(time.monotonic() - self.began)
-        figures = (self.cases, len(self.findings), peak_mib(), self.base_mib, seconds)
+        figures = (self.cases, len(self.findings), peak_mib(), self.base_mib)
         print("RESULT", *figures, file=sys.stderr, flush=True)
 
 
@@ -138,7 +138,7 @@ def by_atheris(counted: Counted, seeds: list[bytes], runs: int, seconds: int, se
 
 
 def by_hypothesis(counted: Counted, runs: int, seconds: int, seed: int) -> None:
-    """In rounds: hypothesis keeps a tree of what it has tried, which would grow with a million of cases."""
+    """In rounds, each with a tree of what hypothesis has tried."""
     import hypothesis
     from damage import damaged_many
 
@@ -246,7 +246,7 @@ def done_before(path: Path, name: str, engine: str) -> tuple[int, int]:
 
 
 def fuzz(name: str, options: argparse.Namespace, environment: dict[str, str]) -> int:
-    """Run one parser in a process of its own and print a line; the number of findings."""
+    """Run one parser in processes of its own and print a line; the number of findings."""
     before, seed = 0, options.seed
     if options.go_on:
         before, rounds = done_before(options.ledger, name, options.engine)
@@ -254,25 +254,32 @@ def fuzz(name: str, options: argparse.Namespace, environment: dict[str, str]) ->
         if before >= options.runs:
             print(f"{name:12} {options.engine:10} {before:>9} cases in {rounds} runs before", flush=True)
             return 0
-    given = [str(value) for value in (options.engine, options.runs - before, options.seconds, seed)]
-    command = [sys.executable, __file__, "--child", name, *given]
-    done = subprocess.run(command, capture_output=True, text=True, errors="replace", env=environment)
-    result = re.search(r"^RESULT (\d+) (\d+) (\d+) (\d+) (\d+)$", done.stderr, re.M)
-    if result is None:
-        tail = "\n".join(done.stderr.splitlines()[-30:])
-        print(f"{name:12} stopped with status {done.returncode}\n{tail}", flush=True)
-        return 1
-    cases, findings, peak, base, seconds = map(int, result.groups())
-    with options.ledger.open("a", newline="") as ledger:
-        csv.writer(ledger).writerow([name, options.engine, seed, cases, findings])
+    cases = findings = most_mib = more_mib = 0
+    began = time.monotonic()
+    while before + cases < options.runs and time.monotonic() - began < options.seconds:
+        runs = min(CASES_OF_A_PROCESS, options.runs - before - cases)
+        left_s = math.ceil(options.seconds - (time.monotonic() - began))
+        given = [str(value) for value in (options.engine, runs, left_s, seed)]
+        command = [sys.executable, __file__, "--child", name, *given]
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", env=environment)
+        result = re.search(r"^RESULT (\d+) (\d+) (\d+) (\d+)$", done.stderr, re.M)
+        if result is None:
+            tail = "\n".join(done.stderr.splitlines()[-30:])
+            print(f"{name:12} stopped with status {done.returncode}\n{tail}", flush=True)
+            return findings + 1
+        did, found, peak, base = map(int, result.groups())
+        with options.ledger.open("a", newline="") as ledger:
+            csv.writer(ledger).writerow([name, options.engine, seed, did, found])
+        if found:
+            print(done.stderr[done.stderr.index("FINDING") :][:4000], file=sys.stderr)
+        cases, findings, seed = cases + did, findings + found, seed + 1
+        most_mib, more_mib = max(most_mib, peak), max(more_mib, peak - base)
     print(
-        f"{name:12} {options.engine:10} {cases:>9} cases, {findings} distinct findings, peak memory {peak} MiB "
-        f"({peak - base} over sound input), {seconds} s"
+        f"{name:12} {options.engine:10} {cases:>9} cases, {findings} distinct findings, peak memory {most_mib} MiB "
+        f"({more_mib} over sound input), {time.monotonic() - began:.0f} s"
         + (f"; {before + cases} with those before" if before else ""),
         flush=True,
     )
-    if findings:
-        print(done.stderr[done.stderr.index("FINDING") :][:4000], file=sys.stderr)
     return findings
 
 

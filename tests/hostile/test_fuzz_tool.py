@@ -53,6 +53,26 @@ def test_each_finding_is_counted_once_and_its_input_kept(
     assert {path.read_bytes() for path in tmp_path.glob("finding-test-*")} == {b"fault", b"trespass"}
 
 
+def test_the_case_that_takes_too_much_memory_is_kept(
+    tool: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken = {b"small": 100, b"greedy": 500, b"after": 500}
+    now = 100
+    monkeypatch.setattr(tool, "peak_mib", lambda: now)
+
+    def parse(data: bytes) -> None:
+        nonlocal now
+        now = taken[data]
+
+    monkeypatch.setitem(parsers.PARSERS, "test", parse)
+    counted = tool.Counted("test")
+    counted.base_mib = counted.peak_mib = now
+    for data in taken:
+        counted(data)
+    assert list(counted.findings) == ["too much memory"]
+    assert (tmp_path / "finding-test-0").read_bytes() == b"greedy"
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize("command", COMMANDS)

@@ -21,6 +21,7 @@ from snakebot.links.base import Link
 from snakebot.robot import Robot
 
 HANDSHAKE_S = 2.0
+FIRST_SAMPLE_S = 5.0  # a sample of many joints is many frames: on a bad line few are whole
 HEARTBEAT_S = 0.1
 SILENCE_S = 0.5  # a board beats ten times a second: after this long without a frame it is lost
 _TRAFFIC_KEPT = 40
@@ -63,6 +64,8 @@ class Board:
         self._heartbeat_due_s = -math.inf
         self._heard_s = clock.now_s()
         self._armed = False  # by us, and not yet disarmed: a fault is then an error
+        self._not_ours = 0  # heartbeats in a row that say we do not hold the board that we have armed
+        self._stop_wanted: StopReason | None = None
         self._traffic: deque[tuple[str, float, Frame]] = deque(maxlen=_TRAFFIC_KEPT)
 
     # -- handshake ---------------------------------------------------------------------------------------------------
@@ -87,6 +90,7 @@ class Board:
         self._assembler = SampleAssembler(info.joints)
         for _ in range(4):
             self.ping()
+        deadline = max(deadline, self.clock.now_s() + FIRST_SAMPLE_S)
         while self.last_reading is None or self.mode is None:
             if self.clock.now_s() >= deadline:
                 raise NoBoardError(f"{self.where}: the board answers, but sends no joint angles")
@@ -105,8 +109,8 @@ class Board:
         self._armed = True
 
     def hold(self) -> None:
-        """Freeze the joints where they are, powered. Asked twice over: meanwhile no set-point feeds the watchdog."""
-        self._request(lambda token: msg.ModeRequest(token, Mode.HOLDING, self.host), "to hold", copies=2)
+        """Freeze the joints where they are, powered. Asked four times over: nothing feeds the watchdog meanwhile."""
+        self._request(lambda token: msg.ModeRequest(token, Mode.HOLDING, self.host), "to hold", copies=4)
 
     def disarm(self) -> None:
         """Relax: the servos lose power. Also clears a fault or an emergency stop."""
@@ -119,6 +123,29 @@ class Board:
         self.mode = Mode.STOPPED
         for _ in range(3):
             self._send([msg.EmergencyStop(reason, self.host)])
+
+    def request_emergency_stop(self, reason: StopReason = StopReason.USER) -> None:
+        """Have the emergency stop sent by whoever speaks to the board now, before anything else; that one then raises.
+
+        For signal handlers and other threads.
+        """
+        self._stop_wanted = reason
+
+    def _stop_if_wanted(self) -> None:
+        if self._stop_wanted is not None:
+            reason, self._stop_wanted = self._stop_wanted, None
+            self.emergency_stop(reason)
+            raise BoardFaultError(f"{self.where}: {_FAULT_LINES[Fault.EMERGENCY_STOP]}")
+
+    def disarm_unheard(self) -> None:
+        """Relax, three times over and without waiting: the board may hear us although we do not hear it."""
+        self._armed = False
+        self._send([msg.ModeRequest(0, Mode.DISARMED, self.host)] * 3)
+
+    @property
+    def lossy(self) -> bool:
+        """Whether anything has got lost or damaged on this line so far."""
+        return self._requests.repeated + self.unreadable + self.link.statistics.corrupt > 0
 
     def set_joint_mode(
         self, joint: int, mode: JointMode, angle_rad: float = 0.0, *, wait: bool = True
@@ -162,6 +189,7 @@ class Board:
         )
 
     def _request(self, make: Callable[[int], Message], what: str, wait: bool = True, copies: int = 1) -> None:
+        self._stop_if_wanted()
         token, message = self._requests.make(make, what, self.clock.now_s())
         self._send([message] * copies)
         while wait and (repeat_s := self._requests.waits_for(token)) is not None:
@@ -231,6 +259,7 @@ class Board:
 
     def _read(self, timeout_s: float) -> list[Received]:
         received: list[Received] = []
+        self._stop_if_wanted()
         frames = self.link.receive(timeout_s)
         now = self.clock.now_s()
         if repeated := self._requests.due(now):
@@ -317,8 +346,20 @@ class Board:
                 "its joints are without power; check its supply, then start again"
             )
         self.mode, self.fault, self.holder = beat.mode, beat.fault, beat.holder
+        self._check_that_it_is_ours(beat)
         if beat.mode in (Mode.FAULT, Mode.STOPPED):
             self._fault(beat.fault, 0)
+
+    def _check_that_it_is_ours(self, beat: msg.BoardHeartbeat) -> None:
+        """One beat may be from before we armed it."""
+        ours = beat.mode not in (Mode.DISARMED, Mode.ARMED, Mode.HOLDING) or beat.holder == self.host
+        self._not_ours = 0 if ours or not self._armed else self._not_ours + 1
+        if self._not_ours > 1:
+            self._armed = False
+            now = f"host {beat.holder:08x} holds it" if beat.holder else "it is disarmed"
+            raise BoardFaultError(
+                f"{self.where}: the board is no longer ours: {now}: it was reset, or another host took it over"
+            )
 
     def _fault(self, code: Fault, joint: int) -> None:
         self.fault = code

@@ -31,6 +31,7 @@ class Requests:
         self._where = where
         self._outstanding: dict[int, _Outstanding] = {}
         self._token = secrets.randbelow(256)
+        self.repeated = 0  # that had to be sent again: the line loses frames
 
     def make(self, make: Callable[[int], Message], what: str, now_s: float) -> tuple[int, Message]:
         """A request with a fresh token. ``what`` completes "the board refused the request ..."."""
@@ -62,6 +63,7 @@ class Requests:
                 )
             request.repeat_s = now_s + RETRY_S[request.tries]
             request.tries += 1
+            self.repeated += 1
             again.append(request.message)
         return again
 

@@ -1,7 +1,8 @@
 """``snakebot diagnose --live``: run gaits, diagnose, run what is proposed, until one cause stands or nothing helps.
 
-Every motion is a plain ``snakebot run``: its limits, its safe end, its log. Nothing moves without a yes. Whatever ends
-it early, the logs of the runs that were made are whole, and ``snakebot diagnose FOLDER`` takes them.
+Every motion is a plain ``snakebot run``: its limits, its safe end, its log. Nothing moves without a yes, nor after an
+emergency stop, in a run or between two. Whatever ends it early, the logs of the runs that were made are whole, and
+``snakebot diagnose FOLDER`` takes them.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ import contextlib
 import io
 import json
 import shlex
+import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +21,7 @@ from typing import TYPE_CHECKING
 import click
 
 from snakebot.cli.ports import SIM
-from snakebot.errors import BadInputError
+from snakebot.errors import BadInputError, BoardFaultError
 
 if TYPE_CHECKING:
     from snakebot.diagnosis import Diagnosis
@@ -66,6 +69,7 @@ def live(
     Raises:
         BadInputError: the folder holds something already, the budget is too small, the robot's limits allow no gait, or
             the user said no too early.
+        BoardFaultError: an emergency stop, in a run or between two.
         SnakebotError: a run failed; see ``snakebot run``.
     """
     gaits = starting_set(robot)
@@ -74,7 +78,7 @@ def live(
     if plan.folder.exists() and (not plan.folder.is_dir() or any(plan.folder.iterdir())):
         raise BadInputError(f"{plan.folder}: holds something already; give a new folder for the logs")
     plan.folder.mkdir(parents=True, exist_ok=True)
-    with _told_what_is_left(plan.folder, say):
+    with _told_what_is_left(plan.folder, say), _stoppable(plan.port):
         return _by_turns(plan, gaits, diagnose_folder, say)
 
 
@@ -175,6 +179,8 @@ def _run(plan: Live, arguments: Sequence[str], what: str, done: int, say: Callab
     full = [*arguments, "--port", plan.port, "--log", str(log), "--yes", "--json", *plan.passed]
     if plan.simulated:  # or its noise would be the same in each run, and repeats would show none
         full += ["--seed", str(done)]
+    if done:  # a stop between two runs is meant for all that would follow
+        full.append("--keep-stop")
     heard = io.StringIO()  # standard output is for the verdict
     with contextlib.redirect_stdout(heard):
         command.main(full, standalone_mode=False)
@@ -185,6 +191,25 @@ def _run(plan: Live, arguments: Sequence[str], what: str, done: int, say: Callab
         how = f"ended early: {ended['ended']}"
     say(f"{what}: {shown}: {how}")
     return True
+
+
+@contextlib.contextmanager
+def _stoppable(port: str) -> Iterator[None]:
+    """``snakebot stop`` finds us between two runs too, and then none follows; in a run, the run obeys it."""
+    from snakebot.control import registry
+
+    def stop(*_: object) -> None:
+        raise BoardFaultError(f"{port}: emergency stop: no further run is made")
+
+    with registry.registered(port):
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = signal.signal(registry.STOP_SIGNAL, stop)
+        try:
+            yield
+        finally:
+            signal.signal(registry.STOP_SIGNAL, before)
 
 
 @contextlib.contextmanager

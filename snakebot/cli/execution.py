@@ -77,6 +77,7 @@ def execute(
             recorder=writer,
             log_frames=options["frames"],
             start_time_ns=start_ns,
+            keep_stop=options["keep_stop"],
         )
         result: RunResult | None = None
         try:

@@ -34,6 +34,11 @@ _OPTIONS = (
     click.option(
         "--dry-run", is_flag=True, help="Check the limits and say what would be done; open nothing."
     ),
+    click.option(
+        "--keep-stop",
+        is_flag=True,
+        help="Move nothing where the board is found stopped or in a fault (for scripts).",
+    ),
     click.option("--yes", is_flag=True, help="Do not ask before a real robot moves."),
     click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object."),
 )

@@ -1,21 +1,18 @@
-"""Set-points in flight: sent, and not answered yet. After a loss each is sent twice over for a while."""
+"""Set-points in flight: sent, and not answered yet."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from snakebot.board import Reading
 from snakebot.clock import Clock
+from snakebot.control.copies import Copies
 from snakebot.control.journal import Journal
 from snakebot.control.progress import Progress
 from snakebot.runlog import records
 
 _ANSWER_TICKS, _ANSWER_S = 4, 0.05  # a set-point that has no answer after both is lost
-_DOUBLE_S = 2.0  # after a loss every set-point is sent twice over for this long
-# From here on enough ticks fit into the board's watchdog, and doubling might fill the line.
-_DOUBLE_BELOW_HZ = 150.0
 
 
 @dataclass(slots=True)
@@ -32,11 +29,18 @@ class InFlight:
     """The set-points of one run that wait for their answer; each goes to the journal once, answered or lost.
 
     Args:
+        copies: is told of each that is lost.
         settle_s: tracking error so far counts from here on.
     """
 
     def __init__(
-        self, interval_s: float, clock: Clock, progress: Progress, journal: Journal, settle_s: float
+        self,
+        interval_s: float,
+        clock: Clock,
+        progress: Progress,
+        journal: Journal,
+        copies: Copies,
+        settle_s: float,
     ) -> None:
         self._interval_s = interval_s
         self._clock = clock
@@ -44,11 +48,7 @@ class InFlight:
         self._journal = journal
         self._settle_s = settle_s
         self._waiting: dict[int, _Waiting] = {}
-        self._double_until_s = -math.inf
-
-    def copies(self, now_s: float) -> int:
-        """How often the next set-point is to be sent."""
-        return 2 if now_s < self._double_until_s else 1
+        self._copies = copies
 
     def sent(self, tick: records.Tick, wanted_rad: Sequence[float], now_s: float) -> None:
         """A set-point has gone out; older ones that have waited too long for their answer are given up."""
@@ -85,6 +85,5 @@ class InFlight:
     def _lost(self, sequence: int) -> None:
         waiting = self._waiting.pop(sequence)
         self._progress.lost += 1
-        if self._interval_s > 1 / _DOUBLE_BELOW_HZ:
-            self._double_until_s = self._clock.now_s() + _DOUBLE_S
+        self._copies.lost(self._clock.now_s())
         self._journal.tick(waiting.tick)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -15,6 +16,7 @@ from dataclasses import asdict, dataclass
 from firmware_protocol.catalogue import Counters, FaultEvent, JointMode, JointSupply, Mode, StopReason, Supply
 from snakebot.board import Board, Pose, Reading, Received
 from snakebot.clock import Clock, MonotonicClock, urgent
+from snakebot.control.copies import Copies
 from snakebot.control.faults import JointFault
 from snakebot.control.inflight import InFlight
 from snakebot.control.journal import Journal, Recorder
@@ -26,11 +28,12 @@ from snakebot.robot import Robot
 from snakebot.runlog import records
 
 HOLD_BEFORE_RELAX_S = 0.2
-FRESH_READING_S = 2.0  # longest wait for the joint angles that the motion starts from
+FRESH_READING_S = 5.0  # longest wait for the joint angles that the motion starts from
 _WAKE_EARLY_S = 0.0003  # leave the wait for frames this much before a deadline, and sleep the rest exactly
+_LAST_ANSWERS_S = 0.02  # listened to after the last set-point: nothing feeds the watchdog meanwhile
 _SHORTEST_WAIT_S = 1e-6  # a wait that rounding may swallow would never end in virtual time
 _CHANGE_AHEAD_S = (0.25, 1.0, 4.0)  # time to check a new gait before it begins; more for a long run
-# 20 Hz keeps the board's watchdog (100 ms) fed with a lost tick in between.
+# Below 20 Hz the board's watchdog (100 ms) would trip between two ticks that both arrive.
 MIN_RATE_HZ, MAX_RATE_HZ = 20.0, 1000.0
 
 
@@ -66,6 +69,7 @@ class RunLoop:
         recorder: Recorder | None = None,
         log_frames: bool = False,
         start_time_ns: int | None = None,
+        keep_stop: bool = False,
     ) -> None:
         """
         Args:
@@ -77,6 +81,7 @@ class RunLoop:
             recorder: where the run is logged.
             log_frames: also record every frame of the wire.
             start_time_ns: wall clock at t = 0 of the log, for logs in virtual time.
+            keep_stop: leave a board alone that is found stopped or in a fault.
 
         Raises:
             BadInputError: the rate is one that the loop or the board's watchdog cannot keep.
@@ -90,18 +95,22 @@ class RunLoop:
         self._journal = Journal(recorder, board, clock, self.progress)
         self._make_motion = make_motion
         self._lateness = Lateness(self.interval_s, self.progress)
-        self._in_flight = InFlight(self.interval_s, clock, self.progress, self._journal, settle_s)
+        self._copies = Copies(self.interval_s, robot.joints, board.link.frames_per_s)
+        self._in_flight = InFlight(
+            self.interval_s, clock, self.progress, self._journal, self._copies, settle_s
+        )
         self._faults = sorted(faults, key=lambda fault: fault.at_s)
         self._log_frames = log_frames
         self._wall_start_ns = start_time_ns
+        self._keep_stop = keep_stop
         self._limiter = SlewLimiter(
             robot.angle_limit_rad, robot.speed_limit_rad_s, robot.acceleration_limit_rad_s2
         )
         self._motion: Motion = GaitMotion(
             Gait(0, 0, 0), robot.joints, 0, 0
         )  # the real one is made when armed
+        self._changing = threading.Lock()  # of the motion: keys and signals come from elsewhere
         self._stop_requests = 0
-        self._emergency = False
 
     # -- asked for from outside (signal handlers, other threads) -----------------------------------------------------
 
@@ -118,7 +127,7 @@ class RunLoop:
 
     def request_emergency_stop(self) -> None:
         """Cut the power of all joints at the next opportunity, without a ramp."""
-        self._emergency = True
+        self.board.request_emergency_stop(StopReason.EXTERNAL)
 
     def change_gait(self, gait: Gait, blend_s: float) -> None:
         """Go over to another gait without a jump, beginning shortly from now.
@@ -138,9 +147,11 @@ class RunLoop:
                 break
         else:
             raise BadInputError("this computer was too slow to check the new gait in time: try again")
-        if self._motion is motion:  # not while a stop came in between
+        with self._changing:
+            if self._motion is not motion:  # a stop came in between
+                return
             self._motion = changed
-            self._journal.event("gait", f"changed to {gait}", data=asdict(gait))
+        self._journal.event("gait", f"changed to {gait}", data=asdict(gait))
 
     # -- the run -----------------------------------------------------------------------------------------------------
 
@@ -163,7 +174,7 @@ class RunLoop:
             self._journal.event("finished" if ended == "finished" else "interrupted", f"run {ended}")
         except (LostBoardError, BoardFaultError, HostLateError) as error:
             self._journal.event("error", str(error), "error")
-            self._abandon()
+            self._abandon(lost=isinstance(error, LostBoardError))
             raise
         except BaseException:
             self._abandon()
@@ -173,44 +184,77 @@ class RunLoop:
         return RunResult(ended, self.progress.t_s, self.progress)
 
     def _prepare(self) -> Motion:
-        """Everything before the first set-point: clear what a run before has left, limits, faults, arm."""
+        """Everything before the first set-point: clear what a run before has left, limits, faults, arm.
+
+        Raises:
+            BoardFaultError: the board is stopped or in a fault and that is not to be cleared; a joint cannot be read.
+        """
         board = self.board
         if board.mode is not Mode.DISARMED:
             found = board.mode.name.lower() if board.mode is not None else "unknown"
+            if self._keep_stop and board.mode in (Mode.STOPPED, Mode.FAULT):
+                raise BoardFaultError(
+                    f"{board.where}: the board is in mode {found} already: nothing was moved"
+                )
             self._journal.event("cleared", f"the board was {found}; disarmed it first", "warning")
             board.disarm()
-        for joint in range(1, self.robot.joints + 1):
-            board.set_joint_mode(joint, JointMode.ACTIVE)
+        modes = dict.fromkeys(range(1, self.robot.joints + 1), (JointMode.ACTIVE, 0.0))
+        for joint, (mode, angle_rad) in modes.items():
+            board.set_joint_mode(joint, mode, angle_rad)
         board.set_limits(self.robot)
         while self._faults and self._faults[0].at_s <= 0:
-            self._set_fault(self._faults.pop(0), wait=True)
-        reading = self._fresh_reading()
-        start = [0.0 if math.isnan(angle) else angle for angle in reading.measured_rad]
+            fault = self._faults.pop(0)
+            self._set_fault(fault, wait=True)
+            modes |= dict.fromkeys(fault.joints, (fault.mode, fault.angle_rad))
+        found_rad = self._fresh_angles([mode is not JointMode.FREE for mode, _ in modes.values()])
         limits = self.robot.angle_limit_rad
-        start = [min(max(angle, -limit), limit) for angle, limit in zip(start, limits, strict=True)]
+        start = [min(max(angle, -limit), limit) for angle, limit in zip(found_rad, limits, strict=True)]
         motion = self._make_motion(start)
         check_motion(motion, self.robot)
         self._limiter.reset(start)
         self.progress.duration_s = motion.duration_s
         board.arm()
+        for joint, (mode, angle_rad) in modes.items():  # until now another host could set them otherwise
+            board.set_joint_mode(joint, mode, angle_rad, wait=False)
         self._journal.event("armed", "joints powered where they are", data={"start_rad": start})
         return motion
 
-    def _fresh_reading(self) -> Reading:
-        """Where the joints are now: the board sends samples by itself while nothing streams."""
+    def _fresh_angles(self, needed: Sequence[bool]) -> list[float]:
+        """Where the joints are now (rad): the board sends samples by itself while nothing streams.
+
+        A joint that is to get power must have been read: it would go to wherever the board believes it to be. One that
+        is not needed counts as straight.
+        """
         asked_s = self.clock.now_s()
-        while (reading := self.board.last_reading) is None or reading.received_s <= asked_s:
+        latest: Reading | None = None
+        angles = [math.nan] * self.robot.joints
+        while (
+            any(math.isnan(angle) and need for angle, need in zip(angles, needed, strict=True))
+            or latest is None
+        ):
             self._take(self.board.poll(0.05))
-            if self.clock.now_s() - asked_s > FRESH_READING_S:
-                raise LostBoardError(
-                    f"{self.board.where}: the board has sent no joint angles for {FRESH_READING_S:g} s"
+            reading = self.board.last_reading
+            if reading is not None and reading.received_s > asked_s and reading is not latest:
+                latest = reading
+                pairs = zip(angles, reading.measured_rad, strict=True)
+                angles = [before if math.isnan(now) else now for before, now in pairs]
+            elif self.clock.now_s() - asked_s > FRESH_READING_S:
+                where, waited = self.board.where, f"{FRESH_READING_S:g} s"
+                if latest is None:
+                    raise LostBoardError(f"{where}: the board has sent no joint angles for {waited}")
+                dead = [j for j, angle in enumerate(angles, start=1) if math.isnan(angle) and needed[j - 1]]
+                raise BoardFaultError(
+                    f"{where}: no angle of joint {', '.join(map(str, dead))} for {waited}: with power it might jump. "
+                    f"Check its encoder, or leave it without power: --fault free:{'+'.join(map(str, dead))}"
                 )
-        return reading
+        return [0.0 if math.isnan(angle) else angle for angle in angles]
 
     def _stream(self, motion: Motion) -> str:
         """Send the motion tick by tick. Returns how it ended, with the joints at rest and relaxed."""
         self._motion = motion
         self._journal.origin_s = self.clock.now_s()
+        if self.board.lossy:
+            self._copies.lost(self._journal.origin_s)
         if self._wall_start_ns is None:
             self._wall_start_ns = time.time_ns()
         ended = "finished"
@@ -223,7 +267,7 @@ class RunLoop:
                 t_s = tick * self.interval_s
                 if self._stop_requests and ended == "finished":
                     ended = "interrupted"
-                    self._motion = self._motion.ended(t_s)
+                    self._ramp_down(t_s)
                     self._journal.event("stopping", "asked to stop: ramping down", "warning")
                 if self._stop_requests > 1 or t_s > self._motion.duration_s + self.interval_s / 2:
                     break
@@ -239,24 +283,25 @@ class RunLoop:
                     raise
                 failure = error
                 self._journal.stop()
-                self._motion = self._motion.ended(t_s)
+                self._ramp_down(t_s)
             previous = tick
             tick += 1
-        self._listen(2 * self.interval_s)
+        self._listen(min(2 * self.interval_s, _LAST_ANSWERS_S))
         self._in_flight.give_up()
         self._relax()
         if failure is not None:
             raise failure
         return ended
 
+    def _ramp_down(self, t_s: float) -> None:
+        with self._changing:
+            self._motion = self._motion.ended(t_s)
+
     def _wait_for(self, tick: int) -> int:
         """Wait for a tick's deadline. Returns the tick that is due then: a later one if this one was slept through."""
         deadline = self._journal.origin_s + tick * self.interval_s
         self._listen_until(deadline)
         self._lateness.judge(self.clock.now_s() - deadline)
-        if self._emergency:
-            self.board.emergency_stop(StopReason.EXTERNAL)
-            raise BoardFaultError(f"{self.board.where}: emergency stop: the joints are without power")
         if self._lateness.hopeless:
             self.board.hold()
             self._journal.event("holding", f"{LATE_ROW_HOLD} late ticks in a row", "error")
@@ -270,7 +315,7 @@ class RunLoop:
         assert executed is not None  # the loop's own interval is never too short
         limited, clamped = executed
         now = self.clock.now_s()
-        sequence, sent = self.board.send_setpoints(limited, interval_s, self._in_flight.copies(now))
+        sequence, sent = self.board.send_setpoints(limited, interval_s, self._copies.number(now))
         progress = self.progress
         progress.ticks += 1
         progress.late += self._lateness.late
@@ -339,16 +384,22 @@ class RunLoop:
         self._journal.event("disarmed", "joints relaxed")
         self.progress.mode = Mode.DISARMED
 
-    def _abandon(self) -> None:
-        """After an error: hold and relax if the link still lives; a dead one leaves it to the watchdog."""
+    def _abandon(self, *, lost: bool = False) -> None:
+        """After an error: hold and relax if the link still lives. A dead one leaves it to the watchdog, and one that
+        is dead in one direction may still carry the word to relax.
+        """
         with contextlib.suppress(SnakebotError, OSError):
             self._in_flight.give_up()
         if self.board.mode in (Mode.STOPPED, Mode.FAULT):
             return  # the board has stopped the joints itself; disarming would clear what it reports
         with contextlib.suppress(SnakebotError, OSError):
-            if self.board.mode is Mode.ARMED:
-                self.board.hold()
-            self.board.disarm()
+            if not lost:
+                if self.board.mode is Mode.ARMED:
+                    self.board.hold()
+                self.board.disarm()
+                return
+        with contextlib.suppress(SnakebotError, OSError):
+            self.board.disarm_unheard()
 
     # -- records -----------------------------------------------------------------------------------------------------
 

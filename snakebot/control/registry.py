@@ -68,8 +68,12 @@ def _started(pid: int) -> str | None:
 
 @contextlib.contextmanager
 def registered(port: str, kind: str = RUNS) -> Iterator[None]:
-    """Make this process's run known while it lasts. Where no file can be written the run goes on without."""
+    """Make this process's run known while it lasts, on its own or as one of several of a longer undertaking.
+
+    Where no file can be written the run goes on without.
+    """
     path = _folder(kind) / f"{os.getpid()}.json"
+    whole = any(run.pid == os.getpid() for run in running(kind))
     try:
         _make_ours(path.parent)
         path.write_text(
@@ -81,7 +85,8 @@ def registered(port: str, kind: str = RUNS) -> Iterator[None]:
     try:
         yield
     finally:
-        path.unlink(missing_ok=True)
+        if not whole:
+            path.unlink(missing_ok=True)
 
 
 def running(kind: str = RUNS) -> list[RunningRun]:

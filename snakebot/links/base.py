@@ -29,6 +29,9 @@ class Link(ABC):
 
     def __init__(self, port: str) -> None:
         self.port = port
+        self.frames_per_s = (
+            7700.0  # what the wire carries at most: a serial line of 1 Mbaud, a bus of 1 Mbit/s
+        )
         self.statistics = LinkStatistics()
 
     @abstractmethod

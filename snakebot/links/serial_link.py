@@ -15,6 +15,7 @@ from snakebot.links.stream import STUCK_S, FdStream, Stream, ThreadStream, conne
 from snakebot.links.stream_link import StreamLink
 
 _CONNECT_S = 3.0  # for TCP
+_BITS_OF_A_FRAME = 130  # 13 bytes with start and stop bits
 _READ_S = 0.1  # of pyserial's own reads, where a thread does them
 
 
@@ -29,6 +30,13 @@ def open_serial(port: SerialPort) -> StreamLink:
         BadInputError: the URL or the baud rate is none.
         NoBoardError: no such device, no permission, in use by another program, nobody listens.
     """
+    link = _open(port)
+    if not port.is_url:
+        link.frames_per_s = port.baud / _BITS_OF_A_FRAME
+    return link
+
+
+def _open(port: SerialPort) -> StreamLink:
     name = str(port)
     if port.device.lower().startswith("socket://") and os.name == "posix":
         return _serial_link(name, _open_tcp(name, port.device))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import signal
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,7 +15,8 @@ import pytest
 
 from snakebot.cli import diagnose_live
 from snakebot.cli.diagnose_live import Live, live, starting_set
-from snakebot.errors import BadInputError, LostBoardError
+from snakebot.control import registry
+from snakebot.errors import BadInputError, BoardFaultError, LostBoardError
 from snakebot.gait import Gait, GaitMotion, check_motion
 from snakebot.robot import Robot, load_robot, robot_from_mapping
 
@@ -213,3 +216,28 @@ def test_runs_that_begin_from_different_poses_are_repeats_all_the_same(tmp_path:
         warnings.simplefilter("ignore")
         session = _session((tmp_path / "a", tmp_path / "b"), None)
     assert [run.repeat_of is not None for run in session.runs] == [False, True]
+
+
+def test_a_stop_between_two_runs_ends_it_all(
+    desk: Make, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
+    turns = desk(verdict(cause(0.5)))
+    before = signal.getsignal(registry.STOP_SIGNAL)
+
+    def diagnose(folder: Path) -> Any:
+        (run,) = registry.running()
+        with registry.registered(run.port):
+            pass  # as a run does
+        registry.stop(run)
+        time.sleep(5)
+        raise AssertionError("not stopped")
+
+    monkeypatch.setattr(turns, "_diagnose", diagnose)
+    with pytest.raises(BoardFaultError, match="no further run"):
+        turns.go(port="serial:/dev/robot")
+    assert signal.getsignal(registry.STOP_SIGNAL) is before
+    assert not registry.running()
+    assert ["--keep-stop" in arguments for arguments in turns.runs] == [False] + [True] * (
+        len(turns.runs) - 1
+    )

@@ -11,6 +11,7 @@ from firmware_protocol.catalogue import Mode
 from firmware_protocol.frame import Frame
 from firmware_protocol.framing import StreamDecoder, pack_all
 from snakebot.errors import BadInputError, BoardFaultError, LostBoardError, NoBoardError
+from snakebot.robot import Robot, robot_from_mapping
 from snakebot.simboard.disturbance import BadBus, BadStream, Rates
 
 BAD = Rates(flip=0.01, drop=0.05)
@@ -35,6 +36,25 @@ def test_one_percent_corrupt_and_five_percent_lost_the_run_goes_on(can: bool) ->
         print(f"TE {clean:.4f} clean, {error:.4f} on the bad wire, {result.progress.lost} ticks unanswered")
         assert clean - TE_RISE < error < clean + TE_RISE
         assert result.progress.lost > 0.2 * result.progress.ticks, "the wire was not bad"
+
+
+def many_joints(joints: int) -> Robot:
+    limits = {"angle_deg": 95, "speed_rad_s": 8, "acceleration_rad_s2": 60}
+    return robot_from_mapping({"joints": joints, "limits": limits}, "test")
+
+
+@pytest.mark.parametrize(
+    ("joints", "rate_hz"),
+    [
+        pytest.param(joints, rate_hz, marks=[] if rate_hz in (20, 151) else pytest.mark.slow)
+        for joints in (5, 16)
+        for rate_hz in (20, 25, 40, 50, 100, 151, 300)
+    ],
+)
+def test_the_run_goes_on_at_any_rate_and_with_any_number_of_joints(joints: int, rate_hz: float) -> None:
+    for seed, can in ((11, False), (12, True)):
+        bench = Bench(BAD, seed, can=can, robot=many_joints(joints), rate_hz=rate_hz, duration_s=5)
+        assert bench.run().ended == "finished"
 
 
 @pytest.mark.parametrize("can", [False, True])

@@ -190,6 +190,7 @@ class SimBoard:
         self._machine = ModeMachine()
         self._register = SetpointRegister(*limits)
         self._configuration = Configuration(self._machine, self._register, self._trim_rad, self._zero_counts)
+        self._known = [False] * robot.joints  # read since the reset
         self._received = self._corrupt = 0
         self._sample = 0
         self._sample_due_s = 0.0
@@ -298,14 +299,16 @@ class SimBoard:
     def _power(self) -> None:
         """Tell the plant, which stands at this moment, which joints have power, where that has changed.
 
-        A joint that gets power is told to stay where it is: nothing jumps.
+        A joint that gets power is told to stay where it is: nothing jumps. One that has never been read gets none.
         """
-        free = [not self._machine.powered or mode is JointMode.FREE for mode in self._register.joint_modes]
-        if free == self._free:
-            return
+        modes = self._register.joint_modes
+        free = [not self._machine.powered or mode is JointMode.FREE for mode in modes]
         switched_on = any(was and not now for was, now in zip(self._free, free, strict=True))
         if switched_on:
             self._read()
+            free = [unpowered or not known for unpowered, known in zip(free, self._known, strict=True)]
+        if free == self._free:
+            return
         for index, (was, now) in enumerate(zip(self._free, free, strict=True)):
             if was is not now:
                 self._plant.set_joint_mode(index + 1, "free" if now else "active")
@@ -325,6 +328,7 @@ class SimBoard:
             for raw, zero in zip(self._plant.encoder_counts(), self._zero_counts, strict=True)
         ]
         for index, count in enumerate(counts):
+            self._known[index] |= count is not None
             if self._free[index] and count is not None:
                 self._register.follow(index, count * self.robot.rad_per_count)
         return counts

@@ -147,6 +147,19 @@ def test_an_encoder_without_reading(bench_library: Any) -> None:
     assert kinds(said, Applied)[0].second_rad == pytest.approx(0.3, abs=8e-4), "where it was read last"
 
 
+def test_a_joint_that_has_never_been_read_gets_no_power(bench_library: Any) -> None:
+    hands = Hands(bench_library)
+    hands.core.place(2, 0.9)
+    bench_library.simulated_joints_encoder_lost(1, True)
+    hands.core.reset()
+    hands.go(Mode.ARMED)
+    assert hands.powered() == [True, False, True, True, True]
+    bench_library.simulated_joints_encoder_lost(1, False)
+    hands.say(JointModeRequest(2, 2, JointMode.ACTIVE, 0.0, HOST))
+    assert all(hands.powered())
+    assert hands.core.target_rad(2) == pytest.approx(0.9, abs=8e-4), "it starts where it is"
+
+
 def test_counts_beyond_16_bits_and_angles_beyond_the_wire(bench_library: Any) -> None:
     hands = Hands(bench_library, 1, counts_per_rev=65535)
     hands.core.place(1, -7.0)

@@ -6,7 +6,7 @@ import itertools
 import math
 
 import pytest
-from board_rig import Rig, bench, samples
+from board_rig import HOST, Rig, bench, samples
 
 from firmware_protocol.catalogue import (
     NO_READING,
@@ -16,6 +16,8 @@ from firmware_protocol.catalogue import (
     InfoProtocol,
     InfoRequest,
     InfoSerial,
+    JointMode,
+    JointModeRequest,
     Measured,
     Message,
     Mode,
@@ -90,6 +92,23 @@ def test_encoder_without_reading() -> None:
     said = rig.advance(0.1)
     assert samples(said, 5)[-1].measured_counts == (130, None, 130, 130, 130)
     assert kinds(said, Measured)[0].second_counts == NO_READING
+
+
+def test_a_joint_that_has_never_been_read_gets_no_power() -> None:
+    rig = Rig()
+    rig.plant.lost = {1}
+    rig.plant.angle_rad = [0.1, 0.9, 0.1, 0.1, 0.1]
+    rig.board.reset(rig.now_s)
+    rig.go(Mode.ARMED)
+    assert rig.plant.modes == ["active", "free", "active", "active", "active"]
+    rig.stream(0.1)
+    assert rig.plant.modes[1] == "free"
+    assert rig.plant.angle_rad[1] == 0.9
+    rig.plant.lost = set()
+    rig.stream(0.1)
+    rig.say(JointModeRequest(2, 2, JointMode.ACTIVE, 0.0, HOST))
+    assert rig.plant.modes[1] == "active"
+    assert rig.plant.commands[-1][1][1] == pytest.approx(0.9, abs=4e-4), "it starts where it is"
 
 
 def test_counts_beyond_16_bits_are_no_reading() -> None:

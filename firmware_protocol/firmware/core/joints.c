@@ -47,6 +47,7 @@ static void read_one(struct sb_joints *joints, uint8_t joint)
     if (!joints->reading[joint]) {
         return;
     }
+    joints->known[joint] = true;
     /* Unsigned: an encoder that has counted around must not be undefined behaviour. */
     joints->counts[joint] = (int32_t)((uint32_t)counts - (uint32_t)(int32_t)joints->parameters.zero_counts[joint]);
     if (!joints->powered[joint]) {
@@ -90,8 +91,10 @@ void sb_joints_power(struct sb_joints *joints, bool powered)
         }
         if (wanted) {
             read_one(joints, i); /* it starts where it is: nothing jumps */
-            joints->powered[i] = true;
-            command_one(joints, i);
+            if (joints->known[i]) {
+                joints->powered[i] = true;
+                command_one(joints, i);
+            }
         } else {
             joints->powered[i] = false;
             hal_servo_off(i);

@@ -35,6 +35,7 @@ struct sb_joints {
     float hold_rad[SB_MAX_JOINTS]; /* rigid: where to */
     bool powered[SB_MAX_JOINTS];
     bool reading[SB_MAX_JOINTS]; /* of the encoders, when they were read last */
+    bool known[SB_MAX_JOINTS]; /* read at least once: without that a joint gets no power */
     int32_t counts[SB_MAX_JOINTS]; /* from the zero */
 };
 

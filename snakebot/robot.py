@@ -12,12 +12,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from snakebot.errors import BadInputError
 from snakebot.resources import config_path
-from snakebot.safe_yaml import load_yaml
+from snakebot.safe_yaml import dump_yaml, load_yaml
 
 MAX_LINKS = 32
 MAX_WIRE_JOINTS = 16  # more joints can be simulated, but not driven over the protocol
@@ -165,7 +164,7 @@ class Robot(_Model):
         return {"schema": SCHEMA, **data}
 
     def to_yaml(self) -> str:
-        return yaml.safe_dump(self.to_mapping(), sort_keys=False, allow_unicode=True)
+        return dump_yaml(self.to_mapping())
 
 
 SCHEMA = "snakebot.robot/1"

@@ -2,11 +2,12 @@
 
 Only what JSON knows too is understood: mappings, lists, text, numbers, true and false, null. Dates and numbers to the
 base of 60 (``12:30``), which YAML 1.1 guesses from plain text, stay text; other tags (``!!binary``, ``!!python/...``)
-are refused.
+are refused. ``1e-3`` is a number, as in YAML 1.2 and everywhere else.
 """
 
 from __future__ import annotations
 
+import re
 from typing import Any, ClassVar
 
 import yaml
@@ -22,6 +23,7 @@ INTEGERS = 1 << 63  # larger ones are nobody's number, and no array's
 _TAG = "tag:yaml.org,2002:"
 _SCALARS = tuple(_TAG + kind for kind in ("null", "bool", "int", "float"))
 _KNOWN = (*_SCALARS, *(_TAG + kind for kind in ("str", "seq", "map", "merge")), None)
+_FLOAT = _TAG + "float", re.compile(r"[-+]?[0-9]+[eE][-+]?[0-9]+\Z"), list("-+0123456789")
 _Safe: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where it is built in: ten times faster
 
 
@@ -52,6 +54,19 @@ class _PlainLoader(_Safe):  # type: ignore[misc]
 
 for _tag in _SCALARS:
     _PlainLoader.add_constructor(_tag, _PlainLoader.construct_number_or_truth)
+_PlainLoader.add_implicit_resolver(*_FLOAT)
+
+
+class _PlainDumper(yaml.SafeDumper):
+    """Writes what ``_PlainLoader`` reads back as it was: text that looks like a number gets quotes."""
+
+
+_PlainDumper.add_implicit_resolver(*_FLOAT)
+
+
+def dump_yaml(data: Any) -> str:
+    """Plain data as YAML, keys in their order."""
+    return str(yaml.dump(data, Dumper=_PlainDumper, sort_keys=False, allow_unicode=True))
 
 
 def load_yaml(data: bytes | str, where: str) -> Any:

@@ -63,7 +63,7 @@ class Counted:
         self.folder = folder()
         self.cases = 0
         self.findings: dict[str, str] = {}
-        self.base_mib = self.peak_mib = 0
+        self.base_mib = self.peak_mib = peak_mib()
 
     def __call__(self, data: bytes) -> None:
         self.cases += 1

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from snakebot.runlog import Run
 
 DIFFERENT_MOTION = 0.2  # misfit of the commands above which two runs are not one motion
+OTHER_MOTION = 0.6  # of the commands: nothing can be compared
 SAME_CLOCK = Alignment(0.0, 0.0, 0.0, math.nan)
 
 
@@ -78,6 +79,11 @@ def compare(real: Loaded, sim: Loaded | None = None) -> Comparison:
                 f"{sim.source}: has {sim.run.joints} joints, {real.source} has {real.run.joints}: not one robot"
             )
         alignment, aligned_by = _align(real, sim)
+        if alignment.misfit > OTHER_MOTION and aligned_by == "commands":
+            raise BadInputError(
+                f"{real.source} and {sim.source} were told different motions: wherever they are laid side by side, "
+                f"{100 * alignment.misfit:.0f} % of the commands' rms is left. Give two runs of one motion"
+            )
         if alignment.misfit > DIFFERENT_MOTION:
             warnings.append(
                 f"the two do not show one motion: after alignment by {aligned_by} "

@@ -19,6 +19,7 @@ from snakebot.analysis.sine import Array, fit_sine
 
 TOLERANCE = 0.01  # of the joint's amplitude, or of the distance a cycle
 MIN_SETTLED_CYCLES = 2
+SAMPLES_A_CYCLE = 3  # fewer show no wave
 MIN_SETTLED_SHARE = 0.2  # of all cycles: a drift, too, has a piece where it is slow
 
 
@@ -65,6 +66,14 @@ def find_steady_state(
     if omega_rad_s is None:
         return SteadyState(start, end, 0, False, "not a periodic motion: all of the commanded span is used")
     period = 2 * math.pi / omega_rad_s
+    if period < SAMPLES_A_CYCLE * (t_s[-1] - t_s[0]) / max(len(t_s) - 1, 1):
+        return SteadyState(
+            start,
+            end,
+            0,
+            False,
+            f"{omega_rad_s:g} rad/s is too fast for the samples: all of the span is used",
+        )
     count = math.floor((end - start) / period * (1 + 1e-9) + 0.02)
     if count < 3:
         return SteadyState(

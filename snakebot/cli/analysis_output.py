@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
     from snakebot.report import Page
@@ -21,14 +18,13 @@ def command_line() -> str:
     return f"{shlex.join(['snakebot', *sys.argv[1:]])} · snakebot {__version__}"
 
 
-def write_page(page: Page, path: Path, inputs: Iterable[Path]) -> None:
-    """Write a report, but never over what it was made from.
+def write_page(page: Page, path: Path) -> None:
+    """Write a report, but over nothing else than an earlier one.
 
     Raises:
-        BadInputError: ``path`` is one of the inputs, or cannot be written.
+        BadInputError: ``path`` is another file, or cannot be written.
     """
-    if path.exists() and any(given.exists() and path.samefile(given) for given in inputs):
-        raise BadInputError(
-            f"--report {path}: is one of the runs; give another name, for example report.html"
-        )
+    from snakebot.whole_files import check_output
+
+    check_output("--report", path, "report")
     page.write(path)

@@ -44,7 +44,7 @@ def command(
     if report is not None:
         from snakebot.analysis.report import analysis_page
 
-        write_page(analysis_page(analyses, tables, command_line()), report, [item.source for item in found])
+        write_page(analysis_page(analyses, tables, command_line()), report)
     if as_json:
         from snakebot.analysis.as_json import analysis_json
 

@@ -62,7 +62,9 @@ It prints the --port to use, and answers until Ctrl-C.
     multiple=True,
     help="A joint that breaks by itself, whatever the host says: free:3, rigid:4+5, rigid:4@12s, clear@20s.",
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of everything random."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the port as one JSON object.")
 def sim(**options: Any) -> None:
     """A simulated board in a process of its own: what a host sees is a real board on a real wire."""

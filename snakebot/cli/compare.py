@@ -41,9 +41,7 @@ def command(
     if report is not None:
         from snakebot.analysis.report_compare import comparison_page
 
-        write_page(
-            comparison_page(found, command_line()), report, [path for path in (real, sim) if path is not None]
-        )
+        write_page(comparison_page(found, command_line()), report)
     if as_json:
         from snakebot.analysis.as_json import comparison_json
 

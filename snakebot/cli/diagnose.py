@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from snakebot.errors import BadInputError
+from snakebot.whole_files import check_apart, check_output, write_all
 
 if TYPE_CHECKING:
     from snakebot.diagnosis import Diagnosis
@@ -50,7 +50,7 @@ also those of `snakebot run`, where a run fails: its log stays, and no verdict i
 @click.option("--exclude", multiple=True, metavar="EFFECT", help="Never name this effect; may be repeated.")
 @click.option("--only", multiple=True, metavar="EFFECT", help="Try this effect alone; may be repeated.")
 @click.option("--known", multiple=True, metavar="PARAM=VALUE", help="You have measured it: it is not fitted.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the bootstrap.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the bootstrap.")
 @click.option("--quick", is_flag=True, help="At most two effects, no proposal, rougher intervals.")
 @click.option("--quiet", is_flag=True, help="No progress bar.")
 @click.option(
@@ -86,8 +86,18 @@ def command(
     if not sources:
         raise click.UsageError("Missing argument 'SESSION|LOG...'.")
     measured = _known(known)
-    for path in (json_path if json_path != "-" else None, report_path, apply_path):
-        _check_writable(path)
+    to_json = None if json_path in (None, "-") else Path(str(json_path))
+    asked = (
+        ("--json", to_json, "JSON"),
+        ("--report", report_path, "report"),
+        ("--apply", apply_path, "robot"),
+    )
+    for option, path, kind in asked:
+        if path is not None:
+            check_output(option, path, kind)
+    check_apart([(option, path) for option, path, _ in asked if path is not None])
+    if not live:
+        _refuse_live_options()
     from snakebot.diagnosis import diagnose
     from snakebot.diagnosis.words import summary
 
@@ -105,8 +115,8 @@ def command(
         found = of(session)
     outputs: list[tuple[Path, str]] = []
     text = json.dumps(found.to_mapping(), indent=2, allow_nan=False) + "\n"
-    if json_path is not None and json_path != "-":
-        outputs.append((Path(json_path), text))
+    if to_json is not None:
+        outputs.append((to_json, text))
     if report_path is not None:
         outputs.append((report_path, _page(session, found)))
     refused = None
@@ -117,7 +127,7 @@ def command(
             outputs.append((apply_path, calibrated(session.robot, found).to_yaml()))
         except BadInputError as error:
             refused = error  # the verdict stands all the same
-    _write_all(outputs)
+    write_all(outputs)
     if json_path == "-":
         click.echo(text, nl=False)
     else:
@@ -127,6 +137,21 @@ def command(
             click.echo(f"wrote {path}")
     if refused is not None:
         click.echo(f"snakebot: {refused}; nothing written to {apply_path}", err=True)
+
+
+_LIVE_OPTIONS = ("port", "budget", "yes", "effects", "fast")
+
+
+def _refuse_live_options() -> None:
+    """
+    Raises:
+        BadInputError: an option was given that means something with --live only.
+    """
+    context = click.get_current_context()
+    for name in _LIVE_OPTIONS:
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            option = next(p.opts[0] for p in context.command.params if p.name == name)
+            raise BadInputError(f"{option}: only with --live; recorded runs are diagnosed as they are")
 
 
 def _session(sources: tuple[Path, ...], robot_source: str | None) -> Session:
@@ -179,6 +204,8 @@ def _known(entries: tuple[str, ...]) -> dict[str, float]:
     values = {}
     for entry in entries:
         name, equals, number = entry.partition("=")
+        if name.strip() in values:
+            raise BadInputError(f"--known {name.strip()}: given twice")
         try:
             values[name.strip()] = float(number)
         except ValueError:
@@ -192,40 +219,6 @@ def _page(session: Session, found: Diagnosis) -> str:
     from snakebot.diagnosis.report import page
 
     return page(session, found)
-
-
-def _check_writable(path: str | Path | None) -> None:
-    """Say so before minutes of work, not after."""
-    if path is None:
-        return
-    target = Path(path)
-    if target.is_dir():
-        raise BadInputError(f"{target}: is a folder; give the name of a file")
-    if not target.parent.is_dir():
-        raise BadInputError(f"{target}: folder {target.parent} does not exist")
-    if not os.access(target.parent, os.W_OK):
-        raise BadInputError(f"{target}: folder {target.parent} cannot be written to")
-
-
-def _write_all(outputs: list[tuple[Path, str]]) -> None:
-    """All or nothing: every file is complete beside its place before the first one takes it."""
-    ready: list[tuple[Path, Path]] = []
-    try:
-        for path, text in outputs:
-            handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-            ready.append((Path(name), path))
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(text)
-        umask = os.umask(0)
-        os.umask(umask)
-        for temporary, path in ready:
-            temporary.chmod(0o666 & ~umask)
-            os.replace(temporary, path)
-    except OSError as error:
-        raise BadInputError(f"{error.filename}: cannot be written: {error.strerror}") from None
-    finally:
-        for temporary, _ in ready:
-            temporary.unlink(missing_ok=True)
 
 
 @contextlib.contextmanager

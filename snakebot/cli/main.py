@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import sys
 import warnings
 from collections.abc import Sequence
+from typing import Any
 
 import click
 
 from snakebot import __version__
-from snakebot.errors import EXIT_INTERNAL, SnakebotError
+from snakebot.errors import EXIT_INTERNAL, EXIT_LOG, SnakebotError
 
 # name -> (module, one line of help): the help page needs no import.
 COMMANDS: dict[str, tuple[str, str]] = {
@@ -37,8 +39,12 @@ Examples:
 
 \b
 Exit status: 0 done, 1 internal error, 2 bad input (nothing moved), 3 no board, 4 board lost in mid-run,
-5 board fault or emergency stop, 6 log not written, 7 this computer too late, 130 interrupted.
+5 board fault or emergency stop, 6 log or output not written, 7 this computer too late, 130 interrupted.
 """
+
+
+class _ReaderGoneError(Exception):
+    """Whoever read our output has heard enough."""
 
 
 class LazyGroup(click.Group):
@@ -54,6 +60,15 @@ class LazyGroup(click.Group):
         assert isinstance(command, click.Command)
         return command
 
+    def invoke(self, ctx: click.Context) -> Any:
+        """Click would end with status 1 where the reader of our output has gone, as with ``| head``."""
+        try:
+            result = super().invoke(ctx)
+            sys.stdout.flush()
+        except BrokenPipeError:
+            raise _ReaderGoneError from None
+        return result
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
@@ -63,6 +78,14 @@ class LazyGroup(click.Group):
 @click.version_option(__version__, "-V", "--version", prog_name="snakebot")
 def cli() -> None:
     """Drive a servo snake robot, simulate it, and find out why the two differ."""
+
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+
+
+def _write_no_more() -> None:
+    """What is still buffered goes nowhere: Python would try to write it at the end, and complain."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
@@ -85,10 +108,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except SnakebotError as error:
         click.echo(f"snakebot: {error}", err=True)
         sys.exit(error.exit_status)
-    except BrokenPipeError:  # the reader of our output has gone, as with `| head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (_ReaderGoneError, BrokenPipeError):
+        _write_no_more()
         sys.exit(0)
     except Exception as error:
+        if isinstance(error, OSError) and error.filename is None and error.errno in _NO_ROOM:
+            _write_no_more()
+            click.echo(f"snakebot: standard output cannot be written: {error.strerror}", err=True)
+            sys.exit(EXIT_LOG)
         if os.environ.get("SNAKEBOT_DEBUG"):
             raise
         click.echo(

@@ -50,6 +50,7 @@ def command(log: Path, **options: Any) -> None:
 
     from snakebot.cli.execution import execute
     from snakebot.control import parse_fault
+    from snakebot.control.loop import check_rate
     from snakebot.gait import SampledMotion, check_motion
     from snakebot.robot import load_robot
     from snakebot.runlog import new_log_path, read_log
@@ -64,6 +65,8 @@ def command(log: Path, **options: Any) -> None:
     if options["ramp"] <= 0:
         raise BadInputError(f"--ramp {options['ramp']:g}: must be a positive number of seconds")
     recorded = read_log(log)
+    rate_hz = (recorded.number("rate_hz") or 100.0) if options["rate"] is None else options["rate"]
+    check_rate(rate_hz)
     robot = recorded.robot if options["robot_source"] is None else load_robot(options["robot_source"])
     if robot.joints != recorded.joints:
         raise BadInputError(
@@ -85,7 +88,6 @@ def command(log: Path, **options: Any) -> None:
         )
         click.echo(json.dumps(result) if options["as_json"] else text)
         return
-    rate_hz = (recorded.number("rate_hz") or 100.0) if options["rate"] is None else options["rate"]
     label = f"{gait_label(recorded.gait)}_replay" if recorded.gait is not None else "replay"
     settle_s = options["ramp"] + (recorded.number("ramp_s") or 0.0)  # the recorded ramp comes after ours
     ended = execute(

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 DEFAULT_CYCLES = 8
+_TICKS_SHOWN = 200_000  # of a dry run that is longer than twice that: so many at each end
 MOST_CYCLES = 10_000  # of a probe
 PROBE_CYCLES = {"triangle": 4, "steps": 1, "sine": 4}
 
@@ -192,16 +193,18 @@ def _dry_run(motion: GaitMotion | ProbeMotion, robot: Robot, options: dict[str, 
     gait = str(motion.gait) if isinstance(motion, GaitMotion) else None
     probe = None if isinstance(motion, GaitMotion) else str(motion.probe)
     interval = 1.0 / options["rate"]
-    t = np.arange(0.0, motion.duration_s + interval / 2, interval)
-    angles = motion.sampled(t)
-    speed = np.gradient(angles, interval, axis=0)
-    acceleration = np.gradient(speed, interval, axis=0)
+    ticks = math.floor(motion.duration_s / interval + 0.5) + 1
+    parts = [(0, ticks)] if ticks <= 2 * _TICKS_SHOWN else [(0, _TICKS_SHOWN), (ticks - _TICKS_SHOWN, ticks)]
+    pieces = [motion.sampled(interval * np.arange(*part)) for part in parts]
+    speeds = [np.gradient(piece, interval, axis=0) for piece in pieces]
+    angles, speed = np.concatenate(pieces), np.concatenate(speeds)
+    acceleration = np.concatenate([np.gradient(piece, interval, axis=0) for piece in speeds])
     frames = [encode(message) for message in setpoint_messages(0, list(angles[0]), interval)]
     summary = {
         "gait": gait,
         "probe": probe,
         "duration_s": round(motion.duration_s, 6),
-        "ticks": len(t),
+        "ticks": ticks,
         "frames_per_tick": len(frames),
         "serial_bytes_per_s": round(len(pack_all(frames)) * options["rate"]),
         "joints": [

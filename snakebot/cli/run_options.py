@@ -28,7 +28,11 @@ _OPTIONS = (
     ),
     click.option("--note", help="Anything worth remembering; stored with the new log."),
     click.option(
-        "--seed", type=int, default=0, show_default=True, help="Of the simulated board's randomness."
+        "--seed",
+        type=click.IntRange(min=0),
+        default=0,
+        show_default=True,
+        help="Of the simulated board's randomness.",
     ),
     click.option("--fast", is_flag=True, help="Simulated board only: virtual time, as fast as it computes."),
     click.option(

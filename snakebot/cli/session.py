@@ -101,6 +101,12 @@ def _marked(runs: Sequence[Run], hold_out: Sequence[str], repeat: Sequence[str])
         if not equals:
             raise BadInputError(f"--repeat {entry!r}: write RUN=FIRST")
         repeats[name] = first
+    for name, first in repeats.items():
+        if first in repeats:
+            what = "itself" if first == name else f"{first}, which repeats {repeats[first]}"
+            raise BadInputError(
+                f"--repeat {name}={first}: {name} would repeat {what}; name the first of them"
+            )
     for name in (*hold_out, *repeats, *repeats.values()):
         if name not in names:
             known = ", ".join(sorted(names)[:8])

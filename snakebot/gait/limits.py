@@ -8,7 +8,7 @@ keep angle, speed and acceleration, whatever the motion asks for.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -20,6 +20,8 @@ WIRE_STEP_RAD = 1e-4  # resolution of an angle on the wire; rounding must not lo
 CREDIT_SLACK_S = 0.020  # by how much a set-point may come early after a late one
 MIN_INTERVAL_S = 0.0005
 MAX_GAP = 4
+_ENOUGH_S = 3600.0  # of a wave: what comes after repeats it
+_PIECE_S = 400.0  # checked at once: memory stays small
 _CHECK_STEP_S = 0.002  # samples of the check before the run; finer than any tick
 
 
@@ -33,10 +35,29 @@ def check_motion(motion: Motion, robot: Robot, t_from_s: float = 0.0) -> None:
     """
     if motion.joints != robot.joints:
         raise BadInputError(f"the motion has {motion.joints} joints, robot {robot.name!r} has {robot.joints}")
-    steps = max(math.ceil((motion.duration_s - t_from_s) / _CHECK_STEP_S), 1)
-    if steps > 2_000_000:  # beyond an hour the wave repeats: checking both ends and an hour is enough
-        steps = 2_000_000
-    t = t_from_s + _CHECK_STEP_S * np.arange(-2, steps + 3, dtype=np.float64)
+    for begin_s, end_s in _stretches(motion, t_from_s):
+        _check_stretch(motion, robot, begin_s, end_s)
+
+
+def _stretches(motion: Motion, t_from_s: float) -> Iterator[tuple[float, float]]:
+    """The whole motion piece by piece; of one that repeats itself for more than two hours, an hour at each end."""
+    end_s = max(motion.duration_s, t_from_s)
+    if motion.repeats and end_s - t_from_s > 2 * _ENOUGH_S:
+        yield from _pieces(t_from_s, t_from_s + _ENOUGH_S)
+        yield from _pieces(end_s - _ENOUGH_S, end_s)
+    else:
+        yield from _pieces(t_from_s, end_s)
+
+
+def _pieces(begin_s: float, end_s: float) -> Iterator[tuple[float, float]]:
+    count = max(1, math.ceil((end_s - begin_s) / _PIECE_S))
+    for number in range(count):
+        yield begin_s + number * _PIECE_S, min(begin_s + (number + 1) * _PIECE_S, end_s)
+
+
+def _check_stretch(motion: Motion, robot: Robot, begin_s: float, end_s: float) -> None:
+    steps = max(math.ceil((end_s - begin_s) / _CHECK_STEP_S), 1)
+    t = begin_s + _CHECK_STEP_S * np.arange(-2, steps + 3, dtype=np.float64)
     angles = motion.sampled(t)
     speed = np.diff(angles, axis=0) / _CHECK_STEP_S
     acceleration = np.diff(speed, axis=0) / _CHECK_STEP_S

@@ -22,6 +22,8 @@ from snakebot.gait.wave import Gait
 # Largest slope and curvature of the quintic over the unit interval.
 BLEND_PEAK_SLOPE = 15 / 8
 BLEND_PEAK_CURVATURE = 10 / math.sqrt(3)
+LONGEST_S = 1e8  # three years
+LONGEST_RAMP_S = 600.0
 SHORTEST_BLEND_S = 1e-6  # no clock here is finer; what is shorter changes at once
 
 
@@ -48,6 +50,7 @@ class Motion(ABC):
 
     joints: int
     duration_s: float  # from the first set-point to the last, ramps included
+    repeats = False  # whether what it does after an hour, it has done before, ramps apart
 
     @abstractmethod
     def angles(self, t_s: float) -> list[float]:
@@ -83,6 +86,8 @@ class GaitMotion(Motion):
     ``end_rad`` (straight when not given). In between it is exactly eq. (27), phase counted from the motion's start.
     """
 
+    repeats = True
+
     def __init__(
         self,
         gait: Gait,
@@ -96,9 +101,9 @@ class GaitMotion(Motion):
         Raises:
             BadInputError: a time is negative or not a number, or the ramps do not fit into the duration.
         """
-        for name, value in (("duration", duration_s), ("ramp", ramp_s)):
-            if not value >= 0:
-                raise BadInputError(f"{name} is {value} s; it must be zero or more")
+        for name, value, most in (("duration", duration_s, LONGEST_S), ("ramp", ramp_s, LONGEST_RAMP_S)):
+            if not 0 <= value <= most:
+                raise BadInputError(f"{name} is {value:g} s; it must be zero to {most:g}")
         if not duration_s >= 2 * ramp_s:
             raise BadInputError(
                 f"a run of {duration_s:g} s has no room for two ramps of {ramp_s:g} s: "
@@ -252,19 +257,28 @@ class SampledMotion(Motion):
         self.joints = angles_rad.shape[1]
         self.ramp_s = ramp_s
         self._t = t_s - t_s[0]
-        self._angles = angles_rad
+        self._columns = np.ascontiguousarray(angles_rad.T)  # np.interp would copy a strided one each time
         self._start = np.zeros(self.joints) if start_rad is None else np.asarray(start_rad, dtype=float)
         self.duration_s = float(self._t[-1]) + 2 * ramp_s
 
     def angles(self, t_s: float) -> list[float]:
         t = min(max(t_s, 0.0), self.duration_s)
         inner = t - self.ramp_s
-        wave = np.array([np.interp(inner, self._t, column) for column in self._angles.T])
+        wave = np.array([np.interp(inner, self._t, column) for column in self._columns])
         if inner < 0:
             wave = self._start + blend(t / self.ramp_s) * (wave - self._start)
         elif inner > self._t[-1]:
             wave = blend((self.duration_s - t) / self.ramp_s) * wave
         return [float(angle) for angle in wave]
+
+    def sampled(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        t = np.clip(t_s, 0.0, self.duration_s)
+        inner = t - self.ramp_s
+        wave = np.stack([np.interp(inner, self._t, column) for column in self._columns], axis=1)
+        first, last = inner < 0, inner > self._t[-1]
+        wave[first] = self._start + _step(t[first] / self.ramp_s)[:, None] * (wave[first] - self._start)
+        wave[last] *= _step((self.duration_s - t[last]) / self.ramp_s)[:, None]
+        return wave
 
     def ended(self, t_s: float) -> Motion:
         return SlowedMotion(self, t_s, self.ramp_s)

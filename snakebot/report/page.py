@@ -12,6 +12,7 @@ from typing import Any
 
 from snakebot.errors import BadInputError
 from snakebot.report.blocks import Block, Chart
+from snakebot.whole_files import replacing
 
 _SCRIPTS = ("uPlot.iife.min.js", "page.js", "line.js", "xy.js", "bars.js", "snake.js", "start.js")
 _STYLES = ("uPlot.min.css", "page.css")
@@ -85,7 +86,8 @@ class Page:
             BadInputError: it cannot be written.
         """
         try:
-            path.write_text(self.html(), encoding="utf-8")
+            with replacing(path) as whole:
+                whole.write_text(self.html(), encoding="utf-8")
         except OSError as error:
             raise BadInputError(f"{path}: cannot write the report: {error.strerror}") from None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import gzip
 import io
@@ -12,7 +13,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from snakebot.errors import BadInputError
@@ -21,6 +21,8 @@ from snakebot.runlog.log import gait_to_mapping
 from snakebot.runlog.run import Run
 from snakebot.runlog.session import RUN_KEYS, SESSION_FILE
 from snakebot.runlog.table import TABLE_SUFFIXES
+from snakebot.safe_yaml import dump_yaml
+from snakebot.whole_files import replacing
 
 TableFormat = Literal["csv", "csv.gz", "parquet"]
 
@@ -53,23 +55,32 @@ def write_session(
     for run in runs:
         if run.joints != robot.joints:
             raise BadInputError(f"{folder}: run {run.name} has {run.joints} joints, the robot {robot.joints}")
+    new, ours = not folder.exists(), False
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()):
             raise BadInputError(f"{folder}: is not empty; a session is never written over another")
+        ours = True
         for run in runs:
             write_table(folder / files[run.name], run_columns(run))
-        text = yaml.safe_dump(
-            {"robot": robot.to_mapping(), "runs": [_entry(run, files) for run in runs]},
-            sort_keys=False,
-            allow_unicode=True,
-        )
+        text = dump_yaml({"robot": robot.to_mapping(), "runs": [_entry(run, files) for run in runs]})
         temporary = folder / f".{SESSION_FILE}.tmp"
         temporary.write_text(text, encoding="utf-8")
         temporary.replace(folder / SESSION_FILE)
     except OSError as error:
+        if ours:
+            _take_away(folder, [*files.values(), f".{SESSION_FILE}.tmp"], new)
         raise BadInputError(f"{folder}: cannot write the session: {error.strerror}") from None
     return folder
+
+
+def _take_away(folder: Path, names: Iterable[str], whole: bool) -> None:
+    """What there is of a session that could not be written."""
+    with contextlib.suppress(OSError):
+        for name in names:
+            (folder / name).unlink(missing_ok=True)
+        if whole:
+            folder.rmdir()
 
 
 def run_columns(run: Run) -> dict[str, NDArray[Any]]:
@@ -92,18 +103,22 @@ def write_table(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
         BadInputError: the name says no known form.
         OSError: it cannot be written.
     """
-    if path.name.endswith(".parquet"):
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        pq.write_table(pa.table({name: np.asarray(values) for name, values in columns.items()}), path)
-    elif path.name.endswith(".csv.gz"):
-        with path.open("wb") as raw, gzip.GzipFile(fileobj=raw, mode="wb", filename="", mtime=0) as packed:
-            packed.write(_csv(columns))
-    elif path.name.endswith(".csv"):
-        path.write_bytes(_csv(columns))
-    else:
+    if not path.name.endswith(TABLE_SUFFIXES):
         raise BadInputError(f"{path}: not a table that is written here ({', '.join(TABLE_SUFFIXES)})")
+    with replacing(path) as whole:
+        if path.name.endswith(".parquet"):
+            import pyarrow as pa
+            import pyarrow.parquet as pq
+
+            pq.write_table(pa.table({name: np.asarray(values) for name, values in columns.items()}), whole)
+        elif path.name.endswith(".csv.gz"):
+            with (
+                whole.open("wb") as raw,
+                gzip.GzipFile(fileobj=raw, mode="wb", filename="", mtime=0) as packed,
+            ):
+                packed.write(_csv(columns))
+        else:
+            whole.write_bytes(_csv(columns))
 
 
 def _csv(columns: Mapping[str, NDArray[Any]]) -> bytes:

@@ -140,7 +140,7 @@ def _computed(
     done: Any = distributed.as_completed
     try:
         client = connect(dask, timeout="10s")
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise BadInputError(f"--dask {dask}: no scheduler answers there: {error}") from None
     with client:
         futures = {

@@ -51,8 +51,13 @@ def test_a_simulation_on_another_clock_and_beat_is_brought_over(shift):
 
 
 def test_two_different_motions_are_told():
-    found = compare(loaded(snake_run(omega=2)), loaded(snake_run(omega=3, name="other")))
-    assert any("one motion" in warning for warning in found.warnings)
+    one = loaded(snake_run(omega=2))
+    with pytest.raises(
+        BadInputError, match=r"were told different motions: .* % of the commands' rms is left"
+    ):
+        compare(one, loaded(snake_run(omega=3, name="other")))
+    larger = dataclasses.replace(one.run, command_rad=1.4 * one.run.command_rad, name="larger")
+    assert any("one motion" in warning for warning in compare(one, loaded(larger)).warnings)
 
 
 def test_a_bench_has_no_body_and_compares_all_the_same():

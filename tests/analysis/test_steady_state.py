@@ -85,3 +85,11 @@ def test_free_joint_that_flaps_elsewhere_leaves_a_usable_window():
     measured[:, 1] = 0.0
     found = find_steady_state(t, wave(t), measured, OMEGA)
     assert found.settled
+
+
+def test_a_gait_too_fast_for_the_samples_costs_no_memory():
+    t = times(20, 100)
+    found = find_steady_state(t, wave(t), wave(t), 1e9)
+    assert not found.settled
+    assert found.cycles == 0
+    assert "too fast for the samples" in found.reason

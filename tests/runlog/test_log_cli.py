@@ -218,6 +218,11 @@ def test_session_make_and_check(tmp_path: Path, capsys: Capture) -> None:
     assert "no such run" in snakebot(
         capsys, "session", "make", tmp_path / "u", tmp_path / "s", "--hold-out", "x", status=2
     )
+    for repeats, said in ((("a=b", "b=a"), "which repeats a"), (("a=a",), "would repeat itself")):
+        marks = [word for entry in repeats for word in ("--repeat", entry)]
+        new = ("session", "make", tmp_path / "u", tmp_path / "runs", "--no-find-repeats", *marks)
+        assert said in snakebot(capsys, *new, status=2)
+    assert not (tmp_path / "u").exists()
     assert "no such folder" in snakebot(capsys, "session", "check", tmp_path / "nope", status=2)
     (tmp_path / "s" / "a.csv").write_text("t_s,cmd_1_rad\n")
     assert "a.csv: row 1: column" in snakebot(capsys, "session", "check", tmp_path / "s", status=2)

@@ -16,7 +16,7 @@ from runlog_samples import REALDATA, ROBOT, ROWS, bench, session_folder
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.runlog import LogWarning, Run, read_session, write_session
-from snakebot.safe_yaml import load_yaml
+from snakebot.safe_yaml import dump_yaml, load_yaml
 
 
 def test_a_minimal_session_reads(tmp_path: Path) -> None:
@@ -267,6 +267,13 @@ def test_any_yaml_is_plain_data_or_one_line(data: str | bytes) -> None:
         said = str(error)
         assert said.startswith("here.yaml: ")
         assert "\n" not in said
+
+
+@pytest.mark.parametrize("text", ["1e-3", "+2E5", "-1e+2", "7e0"])
+def test_a_number_with_an_exponent_is_a_number_and_text_like_one_stays_text(text: str) -> None:
+    assert load_yaml(f"a: {text}", "here") == {"a": float(text)}
+    assert load_yaml(f"a: '{text}'", "here") == {"a": text}
+    assert load_yaml(dump_yaml({"a": text, "b": 1e-7}), "here") == {"a": text, "b": 1e-7}
 
 
 FOLDERS = sorted(path.parent for path in REALDATA.glob("*/*/session.yaml"))

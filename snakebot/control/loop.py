@@ -94,8 +94,9 @@ class RunLoop:
         self._faults = sorted(faults, key=lambda fault: fault.at_s)
         self._log_frames = log_frames
         self._wall_start_ns = start_time_ns
+        # The motion is not rounded yet: the slack is left to the board, which sees it rounded.
         self._limiter = SlewLimiter(
-            robot.angle_limit_rad, robot.speed_limit_rad_s, robot.acceleration_limit_rad_s2
+            robot.angle_limit_rad, robot.speed_limit_rad_s, robot.acceleration_limit_rad_s2, slack_rad=0.0
         )
         self._motion: Motion = GaitMotion(
             Gait(0, 0, 0), robot.joints, 0, 0

@@ -76,6 +76,7 @@ class SlewLimiter:
         angle_rad: Sequence[float],
         speed_rad_s: Sequence[float],
         acceleration_rad_s2: Sequence[float],
+        *,
         slack_rad: float = WIRE_STEP_RAD,
     ) -> None:
         self.angle_rad = list(angle_rad)

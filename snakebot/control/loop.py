@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
 from firmware_protocol.catalogue import Counters, FaultEvent, JointMode, JointSupply, Mode, StopReason, Supply
-from snakebot.board import Board, Pose, Reading, Received
+from snakebot.board import Board, Pose, Reading, Received, check_limits
 from snakebot.clock import Clock, MonotonicClock, urgent
 from snakebot.control.faults import JointFault
 from snakebot.control.inflight import InFlight
@@ -79,9 +79,11 @@ class RunLoop:
             start_time_ns: wall clock at t = 0 of the log, for logs in virtual time.
 
         Raises:
-            BadInputError: the rate is one that the loop or the board's watchdog cannot keep.
+            BadInputError: the rate is one that the loop or the board's watchdog cannot keep, or a limit of the robot
+                one that the wire cannot carry.
         """
         check_rate(rate_hz)
+        check_limits(robot)
         self.board = board
         self.robot = robot
         self.clock = clock

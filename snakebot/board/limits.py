@@ -25,6 +25,7 @@ def wire_limits(robot: Robot) -> Iterator[tuple[LimitKind, int, float]]:
         BadInputError: a limit is smaller or larger than any that the wire carries.
     """
     signal = database().get_message_by_name(LimitRequest.__name__).get_signal_by_name("value")
+    assert signal.maximum is not None  # the DBC gives each signal its range
     step, most = signal.scale, signal.maximum
     for kind, values in (
         (LimitKind.ANGLE, robot.angle_limit_rad),

@@ -91,7 +91,7 @@ class SlewLimiter:
         self._paths = [_at_rest(angle) for angle in self.applied_rad]
         self._target_rad = list(angles_rad)
         self._credit_s = CREDIT_SLACK_S
-        self._dt_before_s = 0.0
+        self._dt_before_s = 0.0  # none yet: the first tick counts as after one of its own length
 
     def execute(
         self, target_rad: Sequence[float], interval_s: float, gap: int, elapsed_s: float
@@ -128,7 +128,7 @@ class SlewLimiter:
         angle, acceleration = self.angle_rad[joint], self.acceleration_rad_s2[joint]
         target = _clamp(wanted, -angle, angle)
         # A speed here is the mean over its tick: between the middles of two ticks lies half of each.
-        change = acceleration * (self._dt_before_s + dt) / 2
+        change = acceleration * ((self._dt_before_s or dt) + dt) / 2
         tick = _Tick(dt, angle, self.speed_rad_s[joint], acceleration, change)
         slow, fast = self._paths[joint]
         within = self._slack_rad + _ROUNDING_RAD

@@ -47,7 +47,7 @@ FAULTS = [
     ("limiter.c", "clamp(want, -stop, stop)", "want", "follows_the_limiter"),
     ("limiter.c", "clamp(braked, start.speed_rad_s - change, start.speed_rad_s + change)", "braked", "follows_the_limiter"),
     ("limiter.c", "(declared_us < credit) ? declared_us : credit", "declared_us", "bursts_gain_nothing"),
-    ("limiter.c", "(limiter->dt_before_s + dt_s) / 2.0f", "dt_s + 2.0f * SB_ANGLE_STEP_RAD / dt_s", "follows_the_limiter"),
+    ("limiter.c", "(dt_before_s + dt_s) / 2.0f", "dt_s + 2.0f * SB_ANGLE_STEP_RAD / dt_s", "follows_the_limiter"),
     ("limiter.c", "copysignf(stopping(fabsf(room), step), room)", "room / step->dt_s", "follows_the_limiter"),
     ("limiter.c", "clamp(target, near.angle_rad - SB_ANGLE_STEP_RAD, near.angle_rad + SB_ANGLE_STEP_RAD)", "target", "follows_the_limiter"),
     ("joints.c", "case RIGID:\n        return joints->hold_rad[joint];", "", "rigid_goes_and_stays"),

@@ -93,7 +93,7 @@ def test_no_executed_setpoint_breaks_a_limit(
     nearest(executed, limit)
     if len(executed) > 1:
         (_, _, before), (_, dt_s, now) = executed[:2]  # the first one from rest
-        assert abs(now - before) <= limit[2] * dt_s**2 / 2 + 1.01 * STEP_RAD
+        assert abs(now - before) <= limit[2] * dt_s**2 + 1.01 * STEP_RAD
 
 
 @settings(max_examples=80, deadline=None)

@@ -127,7 +127,8 @@ static void move(struct sb_limiter *limiter, uint32_t joint, float wanted_rad, f
     const float target = clamp(wanted_rad, -limits->angle_rad, limits->angle_rad);
     const float target_before = limiter->target_rad[joint];
     /* A speed is the mean over its tick: between the middles of two ticks lies half of each. */
-    const float change = limits->acceleration_rad_s2 * (limiter->dt_before_s + dt_s) / 2.0f;
+    const float dt_before_s = (limiter->dt_before_s > 0.0f) ? limiter->dt_before_s : dt_s;
+    const float change = limits->acceleration_rad_s2 * (dt_before_s + dt_s) / 2.0f;
     const struct step step = {limits, dt_s, change};
     const float within = SB_ANGLE_STEP_RAD + ROUNDING_RAD;
 

@@ -22,7 +22,7 @@ struct sb_path {
 struct sb_limiter {
     uint8_t joints;
     uint32_t credit_us;
-    float dt_before_s;
+    float dt_before_s; /* 0: none yet, the first tick counts as after one of its own length */
     struct sb_limits limits[SB_MAX_JOINTS]; /* in force */
     float applied_rad[SB_MAX_JOINTS];
     float target_rad[SB_MAX_JOINTS]; /* of the tick before */

@@ -132,7 +132,7 @@ class SlewLimiter:
         tick = _Tick(dt, angle, self.speed_rad_s[joint], acceleration, change)
         slow, fast = self._paths[joint]
         within = self._slack_rad + _ROUNDING_RAD
-        behind = abs(self.applied_rad[joint] - self._target_rad[joint]) > _ROUNDING_RAD
+        behind = abs(self.applied_rad[joint] - self._target_rad[joint]) > 2 * _ROUNDING_RAD
         if not behind:
             near, other = self._bracket(slow, fast, target, tick)
             if abs(other.angle - target) < abs(near.angle - target):

@@ -132,7 +132,7 @@ static void move(struct sb_limiter *limiter, uint32_t joint, float wanted_rad, f
     const struct step step = {limits, dt_s, change};
     const float within = SB_ANGLE_STEP_RAD + ROUNDING_RAD;
 
-    bool behind = fabsf(limiter->applied_rad[joint] - target_before) > ROUNDING_RAD;
+    bool behind = fabsf(limiter->applied_rad[joint] - target_before) > 2.0f * ROUNDING_RAD;
     struct sb_path near = limiter->slow[joint];
     struct sb_path other = limiter->fast[joint];
     if (!behind) {

@@ -147,6 +147,8 @@ def _trace(
             target = limits[0] * (1.5 if index // 15 % 2 == 0 else -1.5)
         elif style == "bursts":
             target, elapsed = limits[0] * 1.5, (0.0601 if index % 12 == 11 else 0.0003)
+        elif style == "quick":  # at 1000 Hz a slack at each tick would show
+            target, interval, elapsed = limits[0] * (0.9 if index < 40 else 0.0), 0.001, 0.001
         else:
             target = draw.uniform(-3.2, 3.2)
             interval = draw.choice((0.0005, 0.002, 0.005, 0.01, 0.02, 0.1275))
@@ -190,6 +192,9 @@ def limiter() -> list[dict[str, Any]]:
             ((0.3, 2.0, 20.0), 0.7),  # starts outside: only inwards
         ):
             traces.append(_trace(draw, limits, start, style))
+    traces += [
+        _trace(draw, *joint, "quick") for joint in (((1.658, 8.0, 60.0), 0.0), ((0.3, 2.0, 20.0), 0.7))
+    ]
     return traces
 
 

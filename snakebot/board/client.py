@@ -9,10 +9,11 @@ from collections.abc import Callable, Sequence
 
 from firmware_protocol import catalogue as msg
 from firmware_protocol.assembly import SampleAssembler, setpoint_messages, to_wire
-from firmware_protocol.catalogue import Fault, JointMode, LimitKind, Message, Mode, StopReason, decode, encode
+from firmware_protocol.catalogue import Fault, JointMode, Message, Mode, StopReason, decode, encode
 from firmware_protocol.frame import Frame, ProtocolError
 from snakebot.board.boardclock import BoardClock
 from snakebot.board.handshake import Handshake
+from snakebot.board.limits import wire_limits
 from snakebot.board.readings import BoardInfo, Pose, Reading, Received
 from snakebot.board.requests import Requests
 from snakebot.clock import Clock
@@ -161,19 +162,16 @@ class Board:
         )
 
     def set_limits(self, robot: Robot) -> None:
-        """Hand the robot's angle, speed and acceleration limits to the board."""
-        for kind, values in (
-            (LimitKind.ANGLE, robot.angle_limit_rad),
-            (LimitKind.SPEED, robot.speed_limit_rad_s),
-            (LimitKind.ACCELERATION, robot.acceleration_limit_rad_s2),
-        ):
-            for joint, value in enumerate(values, start=1):
-                self._request(
-                    lambda token, k=kind, j=joint, v=value: msg.LimitRequest(  # type: ignore[misc]
-                        token, j, k, math.floor(v / 0.002) * 0.002, self.host
-                    ),
-                    f"the {kind.name.lower()} limit {value:.4g} of joint {joint}",
-                )
+        """Hand the robot's angle, speed and acceleration limits to the board.
+
+        Raises:
+            BadInputError: a limit that the wire cannot carry; the board has been told none.
+        """
+        for kind, joint, value in list(wire_limits(robot)):
+            self._request(
+                lambda token, k=kind, j=joint, v=value: msg.LimitRequest(token, j, k, v, self.host),  # type: ignore[misc]
+                f"the {kind.name.lower()} limit {value:.4g} of joint {joint}",
+            )
 
     def set_trim(self, joint: int, trim_rad: float) -> None:
         """Add a trim to a joint's set-point before it becomes a servo pulse. Only while disarmed."""

@@ -41,13 +41,14 @@ def execute(
 
     ``title`` and ``amplitude_rad`` stand for a motion that is no gait; ``about`` is added to the log's metadata.
     """
-    from snakebot.board import Board
+    from snakebot.board import Board, check_limits
     from snakebot.clock import MonotonicClock, VirtualClock
     from snakebot.control import RunLoop, registry
     from snakebot.control.loop import check_rate
     from snakebot.runlog.naming import gait_label, new_log_path
 
     check_rate(options["rate"])
+    check_limits(robot)
     clock = VirtualClock() if options["fast"] else MonotonicClock()
     port = options["port"]
     simulated = robot

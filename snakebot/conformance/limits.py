@@ -64,14 +64,23 @@ def _tighten(bench: Bench, here: float) -> tuple[float, float, float]:
     return angle, _SPEED, _ACCELERATION
 
 
-@case("The rule of the limiter, tick by tick: angle, speed, acceleration, braking before the end.")
+@case(
+    "The rule of the limiter, tick by tick: angle, speed, acceleration, braking before the end and before a target."
+)
 def follows_the_limiter(bench: Bench) -> None:
     limits = _tighten(bench, bench.sample().applied_rad[0])
     here = bench.arm()
     model = SlewLimiter(*([limit] for limit in limits))
     model.reset(here[:1])
-    out = here[0] + (_BEYOND_RAD if here[0] >= 0 else -_BEYOND_RAD)
-    sent = bench.stream(0.8, lambda t: [out if t < 0.4 else here[0], *here[1:]])
+    outwards = 1.0 if here[0] >= 0 else -1.0
+
+    def first(t_s: float) -> float:
+        """A run within speed and acceleration through the end of the joint, a jump back, a jump out."""
+        if t_s < 0.3:
+            return here[0] + outwards * (1.5 * t_s**2 if t_s < 0.15 else 0.45 * t_s - 0.03375)
+        return here[0] if t_s < 0.6 else here[0] + outwards * _BEYOND_RAD
+
+    sent = bench.stream(0.9, lambda t: [first(t), *here[1:]])
     bench.ping()
     answers = {sample.state.sequence: sample.applied_rad[0] for sample in bench.samples}
     for number, (sequence, angles) in enumerate(sent, start=1):

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
 from firmware_protocol.catalogue import Counters, FaultEvent, JointMode, JointSupply, Mode, StopReason, Supply
-from snakebot.board import Board, Pose, Reading, Received
+from snakebot.board import Board, Pose, Reading, Received, check_limits
 from snakebot.clock import Clock, MonotonicClock, urgent
 from snakebot.control.copies import Copies
 from snakebot.control.faults import JointFault
@@ -84,9 +84,11 @@ class RunLoop:
             keep_stop: leave a board alone that is found stopped or in a fault.
 
         Raises:
-            BadInputError: the rate is one that the loop or the board's watchdog cannot keep.
+            BadInputError: the rate is one that the loop or the board's watchdog cannot keep, or a limit of the robot
+                one that the wire cannot carry.
         """
         check_rate(rate_hz)
+        check_limits(robot)
         self.board = board
         self.robot = robot
         self.clock = clock
@@ -103,8 +105,9 @@ class RunLoop:
         self._log_frames = log_frames
         self._wall_start_ns = start_time_ns
         self._keep_stop = keep_stop
+        # The motion is not rounded yet: the slack is left to the board, which sees it rounded.
         self._limiter = SlewLimiter(
-            robot.angle_limit_rad, robot.speed_limit_rad_s, robot.acceleration_limit_rad_s2
+            robot.angle_limit_rad, robot.speed_limit_rad_s, robot.acceleration_limit_rad_s2, slack_rad=0.0
         )
         self._motion: Motion = GaitMotion(
             Gait(0, 0, 0), robot.joints, 0, 0

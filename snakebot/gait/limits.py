@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,7 @@ MIN_INTERVAL_S = 0.0005
 MAX_GAP = 4
 _ENOUGH_S = 3600.0  # of a wave: what comes after repeats it
 _PIECE_S = 400.0  # checked at once: memory stays small
+_ROUNDING_RAD = 1e-6  # of a path's own arithmetic: an end of the bracket lies on the edge of the slack
 _CHECK_STEP_S = 0.002  # samples of the check before the run; finer than any tick
 
 
@@ -78,24 +80,39 @@ def _check_stretch(motion: Motion, robot: Robot, begin_s: float, end_s: float) -
 
 
 class SlewLimiter:
-    """Keeps a stream of set-points within each joint's limits, by the rule in PROTOCOL.md."""
+    """Keeps a stream of set-points within each joint's limits, by the rule in PROTOCOL.md.
+
+    What is executed is never further than the slack from a path that keeps speed and acceleration exactly. Which path
+    that is, rounded set-points leave open. Of all that are as near as that to everything executed so far, the limiter
+    keeps the slowest and the fastest (a mixture of the two is one of them, too), and changes a set-point only when
+    none of them can come near it.
+
+    Args:
+        angle_rad, speed_rad_s, acceleration_rad_s2: the limits, one a joint.
+        slack_rad: how far rounding may take a set-point from a path within the limits.
+    """
 
     def __init__(
         self,
         angle_rad: Sequence[float],
         speed_rad_s: Sequence[float],
         acceleration_rad_s2: Sequence[float],
+        *,
+        slack_rad: float = WIRE_STEP_RAD,
     ) -> None:
         self.angle_rad = list(angle_rad)
         self.speed_rad_s = list(speed_rad_s)
         self.acceleration_rad_s2 = list(acceleration_rad_s2)
+        self._slack_rad = slack_rad
         self.reset([0.0] * len(self.angle_rad))
 
     def reset(self, angles_rad: Sequence[float]) -> None:
         """Start again, at rest, from these angles."""
         self.applied_rad = list(angles_rad)
-        self._speed = [0.0] * len(self.applied_rad)
+        self._paths = [_at_rest(angle) for angle in self.applied_rad]
+        self._target_rad = list(angles_rad)
         self._credit_s = CREDIT_SLACK_S
+        self._dt_before_s = 0.0  # none yet: the first tick counts as after one of its own length
 
     def execute(
         self, target_rad: Sequence[float], interval_s: float, gap: int, elapsed_s: float
@@ -120,33 +137,115 @@ class SlewLimiter:
         clamped = 0
         for joint, target in enumerate(target_rad):
             clamped += self._step(joint, target, dt)
+        self._dt_before_s = dt
         return tuple(self.applied_rad), clamped
 
     def follow(self, joint: int, angle_rad: float) -> None:
         """A joint without power: its register follows where the joint is."""
-        self.applied_rad[joint] = angle_rad
-        self._speed[joint] = 0.0
+        self.applied_rad[joint] = self._target_rad[joint] = angle_rad
+        self._paths[joint] = _at_rest(angle_rad)
 
-    def _step(self, joint: int, target: float, dt: float) -> bool:
-        angle, speed, acceleration = (
-            self.angle_rad[joint],
-            self.speed_rad_s[joint],
-            self.acceleration_rad_s2[joint],
+    def _step(self, joint: int, wanted: float, dt: float) -> bool:
+        angle, acceleration = self.angle_rad[joint], self.acceleration_rad_s2[joint]
+        target = _clamp(wanted, -angle, angle)
+        # A speed here is the mean over its tick: between the middles of two ticks lies half of each.
+        change = acceleration * ((self._dt_before_s or dt) + dt) / 2
+        tick = _Tick(dt, angle, self.speed_rad_s[joint], acceleration, change)
+        slow, fast = self._paths[joint]
+        within = self._slack_rad + _ROUNDING_RAD
+        behind = abs(self.applied_rad[joint] - self._target_rad[joint]) > 2 * _ROUNDING_RAD
+        if not behind:
+            near, other = self._bracket(slow, fast, target, tick)
+            if abs(other.angle - target) < abs(near.angle - target):
+                near, other = other, near
+            if abs(near.angle - target) > within:
+                behind = True
+            elif abs(other.angle - target) > within:
+                other = near
+        if behind:
+            start = fast if target > fast.angle else slow
+            near = other = _chase(start, target, (target - self._target_rad[joint]) / dt, tick)
+        self._paths[joint] = (near, other) if near.speed <= other.speed else (other, near)
+        self._target_rad[joint] = target
+        executed = _clamp(target, near.angle - self._slack_rad, near.angle + self._slack_rad)
+        self.applied_rad[joint] = executed
+        return abs(executed - wanted) > WIRE_STEP_RAD / 2
+
+    def _bracket(self, slow: _Path, fast: _Path, target: float, tick: _Tick) -> tuple[_Path, _Path]:
+        """The slowest and the fastest way on that end within the slack of the target, or as near as they come."""
+        low, high = target - self._slack_rad, target + self._slack_rad
+        spread = fast.speed - slow.speed + (fast.angle - slow.angle) / tick.dt
+        from_slow, from_fast = slow, fast
+        if spread > 0:  # of all mixtures the one that comes to its edge by all the change that it may make
+            from_slow = _mixture(
+                slow, fast, ((low - slow.angle) / tick.dt - slow.speed + tick.change) / spread
+            )
+            from_fast = _mixture(
+                slow, fast, ((high - slow.angle) / tick.dt - slow.speed - tick.change) / spread
+            )
+        return (
+            _go(from_slow, (low - from_slow.angle) / tick.dt, tick),
+            _go(from_fast, (high - from_fast.angle) / tick.dt, tick),
         )
-        applied = self.applied_rad[joint]
-        slack = WIRE_STEP_RAD / dt
-        want = (min(max(target, -angle), angle) - applied) / dt
-        want = min(max(want, -speed - slack), speed + slack)
-        # Braking by acceleration * dt a tick, from v, takes v^2 / (2 acceleration) + v dt / 2 of the way to the end.
-        room = max(0.0, angle - applied if want > 0 else angle + applied)
-        brake = acceleration * dt
-        stop = max(min(room / dt, brake), math.sqrt(2 * acceleration * room) - brake / 2) + slack
-        want = min(max(want, -stop), stop)
-        band = brake + 2 * slack
-        before = self._speed[joint]
-        v = min(max(want, before - band), before + band)
-        v = min(max(v, -speed - slack), speed + slack)
-        bound = max(angle, abs(applied))
-        self.applied_rad[joint] = min(max(applied + v * dt, -bound), bound)
-        self._speed[joint] = v
-        return abs(self.applied_rad[joint] - target) > WIRE_STEP_RAD / 2
+
+
+class _Path(NamedTuple):
+    angle: float  # rad
+    speed: float  # rad/s, mean over the last tick
+
+
+class _Tick(NamedTuple):
+    """One tick of one joint."""
+
+    dt: float  # s
+    angle: float  # limits: rad, rad/s, rad/s^2
+    speed: float
+    acceleration: float
+    change: float  # of speed that it may make, rad/s
+
+
+def _clamp(value: float, low: float, high: float) -> float:
+    return low if value < low else high if value > high else value
+
+
+def _at_rest(angle_rad: float) -> tuple[_Path, _Path]:
+    return _Path(angle_rad, 0.0), _Path(angle_rad, 0.0)
+
+
+def _mixture(slow: _Path, fast: _Path, share: float) -> _Path:
+    """Limits are convex: what lies between two paths that keep them is a path that keeps them."""
+    share = _clamp(share, 0.0, 1.0)
+    return _Path(
+        slow.angle + share * (fast.angle - slow.angle), slow.speed + share * (fast.speed - slow.speed)
+    )
+
+
+def _stopping(room: float, tick: _Tick) -> float:
+    """Largest speed of this tick from which braking ends within the room (rad), whatever the ticks' lengths."""
+    half = tick.acceleration * tick.dt / 2
+    if room <= half * tick.dt:
+        return room / tick.dt
+    return math.sqrt(2 * tick.acceleration * room) - half
+
+
+def _go(start: _Path, want: float, tick: _Tick) -> _Path:
+    """From ``start`` with the speed nearest to ``want`` that the limits allow."""
+    fastest = _stopping(max(0.0, tick.angle - start.angle if want > 0 else tick.angle + start.angle), tick)
+    want = _clamp(want, -fastest, fastest)
+    want = _clamp(want, start.speed - tick.change, start.speed + tick.change)
+    speed = _clamp(want, -tick.speed, tick.speed)
+    end = start.angle + speed * tick.dt
+    bound = max(tick.angle, abs(start.angle))
+    if abs(end) > bound:  # only where a limit was tightened, or arithmetic rounds
+        end = math.copysign(bound, end)
+        speed = (end - start.angle) / tick.dt
+    return _Path(end, speed)
+
+
+def _chase(start: _Path, target: float, target_speed: float, tick: _Tick) -> _Path:
+    """Towards a target out of reach, so that both would come to rest at one place if both began to brake."""
+    u = _clamp(target_speed, -tick.speed, tick.speed)
+    half = tick.acceleration * tick.dt / 2
+    way = max(0.0, abs(u) - half) ** 2 / (2 * tick.acceleration)
+    room = target + math.copysign(way, u) - start.angle
+    return _go(start, math.copysign(_stopping(abs(room), tick), room), tick)

@@ -21,7 +21,9 @@ from firmware_protocol.catalogue import (
 from firmware_protocol.frame import Frame
 from snakebot.board import Board, Reading
 from snakebot.clock import VirtualClock
+from snakebot.control import RunLoop
 from snakebot.errors import BadInputError, BoardFaultError, LostBoardError, NoBoardError
+from snakebot.gait import Gait, GaitMotion
 from snakebot.links.base import Link
 from snakebot.robot import load_robot, robot_from_mapping
 from snakebot.simboard import InProcessLink, SimBoard
@@ -145,6 +147,48 @@ def test_a_refusal_says_why(rig: Rig, request_: Callable[[Board], None], words: 
     rig.board.connect()
     with pytest.raises(BoardFaultError, match=words):
         request_(rig.board)
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        (
+            {"acceleration_rad_s2": [60, 262.2, 60, 60, 60]},
+            ("joint 2 ", "acceleration limit 262.2", "to 262.142 rad/s2"),
+        ),
+        ({"acceleration_rad_s2": 1e9}, ("joint 1 ", "acceleration limit 1e+09", "to 262.142 rad/s2")),
+        ({"speed_rad_s": 1000}, ("joint 1 ", "speed limit 1000 rad/s", "to 262.142 rad/s")),
+        ({"speed_rad_s": 0.0019}, ("joint 1 ", "speed limit 0.0019 rad/s", "0.002 to")),
+    ],
+)
+def test_a_limit_that_the_wire_cannot_carry_is_bad_input_before_anything_is_sent(
+    rig: Rig, limits: dict[str, object], words: tuple[str, ...]
+) -> None:
+    robot = robot_from_mapping({"joints": 5, "limits": limits}, "test")
+    rig.board.connect()
+    traffic = rig.board.recent_traffic()
+    with pytest.raises(BadInputError) as caught:
+        rig.board.set_limits(robot)
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+    with pytest.raises(BadInputError, match="limit"):
+        RunLoop(
+            rig.board,
+            robot,
+            lambda start: GaitMotion(Gait(0, 0, 0), 5, 1, 0),
+            rate_hz=100,
+            clock=rig.clock,
+            amplitude_rad=1.0,
+        )
+    assert rig.board.recent_traffic() == traffic
+
+
+def test_the_largest_limit_of_the_wire_reaches_the_board(rig: Rig) -> None:
+    robot = robot_from_mapping(
+        {"joints": 5, "limits": {"acceleration_rad_s2": 262.142, "speed_rad_s": 8}}, "test"
+    )
+    rig.board = Board(InProcessLink(SimBoard(robot), rig.clock), rig.clock)
+    rig.board.connect()
+    rig.board.set_limits(robot)
 
 
 def test_a_silent_board_is_lost_after_half_a_second(rig: Rig) -> None:

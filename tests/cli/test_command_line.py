@@ -138,6 +138,15 @@ def test_a_port_that_is_not_there_is_status_3_and_leaves_no_log(tmp_path: Path) 
     assert not list(tmp_path.iterdir())
 
 
+def test_a_limit_that_the_wire_cannot_carry_is_status_2_before_a_port_is_opened(tmp_path: Path) -> None:
+    (tmp_path / "wild.yaml").write_text("joints: 5\nlimits: {acceleration_rad_s2: 300}\n")
+    done = snakebot(*RUN, "--robot", "wild.yaml", "--port", "serial:/dev/tty-not-there", cwd=tmp_path)
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert "joint 1" in done.stderr
+    assert "262.142 rad/s2" in done.stderr
+
+
 def test_dry_run_opens_nothing_and_says_what_would_be_sent(tmp_path: Path) -> None:
     done = snakebot(
         *RUN, "--cycles", "4", "--port", "serial:/dev/tty-not-there", "--dry-run", "--json", cwd=tmp_path

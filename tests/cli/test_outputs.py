@@ -1,4 +1,4 @@
-"""What a command writes: whole or not at all, over nothing but an earlier one of its kind; and where nobody reads it."""
+"""Outputs: whole or not at all, over nothing but an earlier one of its kind; also where nobody reads."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ def test_every_probe_starts_where_the_robot_is_and_ends_straight_at_rest_without
 
 
 @settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(probe=st.one_of(moves, sines), rate=st.sampled_from([50, 100]))
+@given(probe=st.one_of(moves, sines), rate=st.sampled_from([50, 100, 500, 1000]))
 def test_a_probe_that_passes_the_check_passes_the_limiter_unchanged(probe: Probe, rate: float) -> None:
     motion = motion_of(probe, 1)
     try:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from unittest.mock import patch
 
 import numpy as np
+from limit_windows import nearest_to_limits
 from wire_bench import Bench
 
 from firmware_protocol.catalogue import Latch, Setpoint, decode
@@ -25,10 +26,9 @@ _ROUNDING = 1e-6
 
 @dataclass
 class Margins:
-    """What was seen: steps, those at a joint's end, and the nearest to each limit (1 is the limit itself)."""
+    """What was seen: steps, and the nearest to each limit (1 is the limit itself)."""
 
     steps: int = 0
-    at_end: int = 0
     worst: dict[str, float] = field(
         default_factory=lambda: dict.fromkeys(("angle", "speed", "acceleration"), 0.0)
     )
@@ -39,15 +39,15 @@ class Margins:
 
 
 class StepCheck:
-    """Holds one stream of set-points, as it is made, against the limits of its joints.
+    """Holds one stream of set-points against the limits of its joints: each step as it is made, all windows at the end.
 
     Args:
         robot: whose limits.
         name: whose set-points.
-        grain: how many steps of the wire each angle may be off by rounding.
+        slack: how many steps of the wire a set-point may lie beside a path that keeps the limits.
     """
 
-    def __init__(self, robot: Robot, name: str, grain: float) -> None:
+    def __init__(self, robot: Robot, name: str, slack: float) -> None:
         self.margins = Margins()
         self._limits = list(
             zip(
@@ -58,41 +58,60 @@ class StepCheck:
             )
         )
         self._name = name
-        self._grain_rad = grain * STEP_RAD
+        self._slack_rad = slack * STEP_RAD
+        self._t_s = 0.0
+        self._rows: list[list[tuple[float, float]]] = [[] for _ in self._limits]
         self.stand()
 
     def stand(self, joint: int | None = None) -> None:
         """A joint (all without a number) begins again at rest."""
+        for number in range(len(self._limits)) if joint is None else (joint,):
+            self._look(number)
+            self._rows[number].clear()
         if joint is None:
-            self._speed = [0.0] * len(self._limits)
-            self._fuzz = [0.0] * len(self._limits)
-        else:
-            self._speed[joint] = self._fuzz[joint] = 0.0
+            self._dt_s = 0.0
+
+    def look(self) -> None:
+        """Check the windows of what has come together."""
+        for number in range(len(self._limits)):
+            self._look(number)
+
+    def _look(self, joint: int) -> None:
+        rows = self._rows[joint]
+        if len(rows) < 3:
+            return
+        _, speed, acceleration = self._limits[joint]
+        times, angles = zip(*rows, strict=True)
+        where = f"of joint {joint + 1} {self._name}"
+        shares = nearest_to_limits(times, angles, speed, acceleration, self._slack_rad, where)
+        for what, share in zip(("speed", "acceleration"), shares, strict=True):
+            self.margins.worst[what] = max(self.margins.worst[what], share)
 
     def step(self, before: Sequence[float], after: Sequence[float], dt_s: float) -> None:
         """One set-point, and the time that it had."""
         margins = self.margins
         margins.steps += 1
-        fuzz = self._grain_rad / dt_s
+        self._t_s += dt_s
         for joint, (angle, speed, acceleration) in enumerate(self._limits):
             where = f"joint {joint + 1} {self._name}, step {margins.steps}"
             outside = max(angle, abs(before[joint]))  # from outside it only goes inwards
-            margins.hold("angle", abs(after[joint]), outside + self._grain_rad / 2, where)
+            margins.hold("angle", abs(after[joint]), outside + STEP_RAD / 2, where)
             v = (after[joint] - before[joint]) / dt_s
-            margins.hold("speed", abs(v), speed + fuzz, where)
-            if abs(after[joint]) < angle - self._grain_rad / 2 - 1e-9:
-                change = abs(v - self._speed[joint])
-                margins.hold("acceleration", change, acceleration * dt_s + fuzz + self._fuzz[joint], where)
-            else:  # at its end a joint stops, and that goes before acceleration
-                margins.at_end += 1
-            self._speed[joint], self._fuzz[joint] = v, fuzz
+            margins.hold("speed", abs(v), speed + 2 * self._slack_rad / dt_s, where)
+            rows = self._rows[joint]
+            if not rows:
+                rows.append((self._t_s - dt_s, before[joint]))
+                allowed = acceleration * max(self._dt_s + dt_s, 2 * dt_s) / 2 + 2 * self._slack_rad / dt_s
+                margins.hold("acceleration", abs(v), allowed, f"{where}, from rest")
+            rows.append((self._t_s, after[joint]))
+        self._dt_s = dt_s
 
 
 class HostEar:
     """Takes the set-points off the wire as they leave the host, and checks them at the host's own intervals."""
 
     def __init__(self, bench: Bench) -> None:
-        self.check = StepCheck(bench.robot, "sent", 3)  # the limiter's two, and both angles are rounded
+        self.check = StepCheck(bench.robot, "sent", 0.51)  # rounded to the wire, and no more
         self._joints = bench.robot.joints
         self._parts: dict[int, dict[int, Setpoint]] = {}
         self._last: tuple[float, ...] | None = None
@@ -156,7 +175,7 @@ class ClockCheck:
         unknown = np.cumsum(np.isnan(rows), axis=0)
         for width in (1, 3, 10):
             passed_s = (times[width:] - times[:-width])[:, None] + EARLY_S
-            allowed = self._speed_rad_s * passed_s + 2 * width * STEP_RAD + 1e-9
+            allowed = self._speed_rad_s * passed_s + 2.04 * STEP_RAD
             moved = np.abs(rows[width:] - rows[:-width])
             known = (unknown[width:] == unknown[:-width]) & ~np.isnan(moved)
             assert (moved <= allowed)[known].all(), f"faster than its limit over {width} ticks"
@@ -168,7 +187,7 @@ def board_ear(robot: Robot) -> Iterator[StepCheck]:
 
     The time that a step has is counted again here, by the rule of PROTOCOL.md.
     """
-    check, clock = StepCheck(robot, "executed", 2), ClockCheck(robot)
+    check, clock = StepCheck(robot, "executed", 1.02), ClockCheck(robot)
     credit_s = executed_s = 0.0
     start, follow, execute = SetpointRegister.start, SetpointRegister.follow, SetpointRegister.execute
 
@@ -205,4 +224,5 @@ def board_ear(robot: Robot) -> Iterator[StepCheck]:
         patch.object(SetpointRegister, "execute", hear_execute),
     ):
         yield check
+        check.look()
         clock.look()

@@ -117,7 +117,7 @@ def cases(draw: st.DrawFn) -> dict[str, Any]:
         "events": draw(happenings(robot)),
         "faults": draw(joint_faults(robot)),
         "rates": draw(wires),
-        "rate_hz": draw(st.sampled_from([20.0, 50.0, 100.0, 100.0, 250.0])),
+        "rate_hz": draw(st.sampled_from([20.0, 50.0, 100.0, 100.0, 250.0, 500.0, 1000.0])),
         "seed": draw(st.integers(0, 1000)),
         "again_after_s": draw(st.sampled_from([0.05, 0.5, 3.0])),
     }
@@ -204,6 +204,8 @@ def play(case: dict[str, Any]) -> list[StepCheck]:
         second.run()
         again.rest_of_life(3)
     assert not any(bench.joints.powered)
+    first.ear.check.look()
+    second.ear.check.look()
     return [first.ear.check, second.ear.check, executed]
 
 
@@ -233,10 +235,8 @@ def test_nothing_breaks_a_limit_in_six_hundred_runs() -> None:
         worst = {
             what: max(c.margins.worst[what] for c in each) for what in ("angle", "speed", "acceleration")
         }
-        steps, ends = sum(c.margins.steps for c in each), sum(c.margins.at_end for c in each)
+        steps = sum(c.margins.steps for c in each)
         nearest = ", ".join(f"{what} {value:.4f}" for what, value in worst.items())
-        print(
-            f"{name}: {len(begun)} runs twice, {steps} set-points, {ends} at a joint's end; of the limit: {nearest}"
-        )
+        print(f"{name}: {len(begun)} runs twice, {steps} set-points; of the limit: {nearest}")
         assert steps > 20_000
         assert worst["acceleration"] > 0.5, "the limits were never near"

@@ -13,12 +13,21 @@ struct sb_limits {
     float acceleration_rad_s2;
 };
 
+/* Where a path is, and its mean speed over the last tick. */
+struct sb_path {
+    float angle_rad;
+    float speed_rad_s;
+};
+
 struct sb_limiter {
     uint8_t joints;
     uint32_t credit_us;
+    float dt_before_s; /* 0: none yet, the first tick counts as after one of its own length */
     struct sb_limits limits[SB_MAX_JOINTS]; /* in force */
     float applied_rad[SB_MAX_JOINTS];
-    float speed_rad_s[SB_MAX_JOINTS];
+    float target_rad[SB_MAX_JOINTS]; /* of the tick before */
+    struct sb_path slow[SB_MAX_JOINTS]; /* of the paths that keep the limits near all that was applied */
+    struct sb_path fast[SB_MAX_JOINTS];
 };
 
 /* At rest, with the credit that every stream begins with. The applied angles stay. */

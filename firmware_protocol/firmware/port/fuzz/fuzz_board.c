@@ -55,8 +55,11 @@ static void check_state(void)
     check(!held || (board.modes.holder != 0u));
     for (uint32_t i = 0u; i < config.joints; i++) {
         const float applied = board.joints.limiter.applied_rad[i];
-        const float speed = board.joints.limiter.speed_rad_s[i];
-        check(isfinite(applied) && isfinite(speed));
+        const struct sb_path slow = board.joints.limiter.slow[i];
+        const struct sb_path fast = board.joints.limiter.fast[i];
+        check(isfinite(applied) && isfinite(slow.angle_rad) && isfinite(fast.angle_rad));
+        check(slow.speed_rad_s <= fast.speed_rad_s); /* so neither is NaN */
+        check(fabsf(slow.angle_rad - applied) < 2.1e-4f && fabsf(fast.angle_rad - applied) < 2.1e-4f);
         check(board.modes.powered || !board.joints.powered[i]);
         check(board.joints.powered[i] != isnan(simulated_joints_target((uint8_t)i)));
         check(board.joints.limiter.limits[i].angle_rad <= config.limits[i].angle_rad);

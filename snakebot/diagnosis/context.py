@@ -210,9 +210,9 @@ class Context:
 def make_context(data: Data, known: Mapping[str, float], seed: int) -> Context:
     """Prepare everything that does not depend on an explanation."""
     simulator = Simulator(data)
-    floor = noise_floor(data)
     blocks = block_map(data)
     nominal = [p.reading_rad for p in simulator.predict(())]
+    floor = noise_floor(data, nominal)
     other = _with_lag(data, simulator, 1 + SHAPE_TOLERANCE)
     moved = [a - b for a, b in zip(nominal, other, strict=True)]
     tolerance = blocks.mean_square(moved)
@@ -224,7 +224,7 @@ def make_context(data: Data, known: Mapping[str, float], seed: int) -> Context:
         ]
     )
     floor_square = np.square(floor.rad)[blocks.joint]
-    measured = ground_motion.measured_ground(data)
+    measured = ground_motion.measured_ground(data, floor.like)
     allowed, marks = np.zeros(0), np.zeros((0, 5))
     if measured is not None:
         stages = simulator.stages(())

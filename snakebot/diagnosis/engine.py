@@ -86,6 +86,7 @@ def diagnose(
     context = make_context(data, known, seed)
     if not context.angle_blocks.count:
         raise BadInputError("no sample of any run has both a command and a reading: nothing to compare")
+    warnings += context.floor.warnings
     timing = {"prepare": perf_counter() - started}
     mark = perf_counter()
     found = search(
@@ -217,9 +218,8 @@ def _conclude(
     if proposal.channel is not None:
         warnings.append(proposal.channel)
     if not context.floor.known:
-        warnings.append(
-            "no run is repeated: the noise floor is that of the encoders alone; repeat one motion"
-        )
+        what = "no repeat tells the noise" if context.floor.warnings else "no run is repeated"
+        warnings.append(f"{what}: the noise floor is that of the encoders alone; repeat one motion")
     return Diagnosis(
         verdict=verdict,
         where=_where(context, gap, stage_shares, causes, verdict, table),

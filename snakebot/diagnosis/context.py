@@ -97,6 +97,17 @@ class Context:
         return np.asarray(~held[self.block_run])
 
     @property
+    def scored_runs(self) -> tuple[int, ...]:
+        """Runs that closure is taken on: those that the user holds out, else all, each predicted from the others."""
+        held = tuple(i for i, run in enumerate(self.data.runs) if run.hold_out)
+        return held or tuple(range(len(self.data.runs)))
+
+    @property
+    def scored(self) -> Bools:
+        """(B,) blocks of the scored runs."""
+        return np.isin(self.block_run, self.scored_runs)
+
+    @property
     def free_runs(self) -> tuple[int, ...]:
         """Runs that may be fitted."""
         return tuple(i for i, run in enumerate(self.data.runs) if not run.hold_out)

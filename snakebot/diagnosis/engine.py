@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from snakebot.diagnosis.causes import fit_entries, joints_of, noise_cause, speed_closed, weigh_causes
 from snakebot.diagnosis.chance import random_delay, unsteady
-from snakebot.diagnosis.closure import angle_closure, forward_speeds, scored_runs, speed_closure
+from snakebot.diagnosis.closure import angle_closure, forward_speeds, speed_closure
 from snakebot.diagnosis.context import Context, make_context
 from snakebot.diagnosis.data import link_is_clean, prepare
 from snakebot.diagnosis.experiment import Proposal, propose
@@ -37,7 +37,7 @@ from snakebot.diagnosis.search import MOST_EFFECTS, Found, search
 from snakebot.diagnosis.traces import traces
 from snakebot.diagnosis.trial import Trial, run_trial
 from snakebot.diagnosis.uncertainty import standard_errors
-from snakebot.diagnosis.verdict import Rest, decide, rest_of
+from snakebot.diagnosis.verdict import Rest, decide, held_out_rest, rest_of, runs_with_gap
 from snakebot.effects.registry import effects, find_effect
 from snakebot.errors import BadInputError
 from snakebot.runlog import Session
@@ -187,6 +187,20 @@ def _conclude(
     verdict = decide(gap, best, rest, noise is not None)
     if by_chance:
         verdict = "explained" if best.hypothesis.terms else "unexplained"
+    place, runs = "", tuple(range(len(context.data.runs)))
+    apart = None if by_chance or verdict == "unexplained" else held_out_rest(context, nominal, best)
+    if apart is not None and (noise is None or apart.gap.significant.any()):
+        verdict, rest = "unexplained", apart
+        runs = runs_with_gap(context, best)
+        place = f"in {', '.join(context.data.runs[i].name for i in runs)}, held out: "
+        if gap.any:
+            warnings.append(f"{place}{rest.share:.0%} of the gap is left, so it is not explained")
+        else:
+            gap = apart.gap
+            warnings.append(
+                f"{place}there is a gap, and none in the runs that may be fitted, so no cause can be named: fit such a "
+                "motion too"
+            )
     progress("parameters and their uncertainty", 0.82)
     errors = standard_errors(context, best, tolerances=not quick)
     causes, open_rivals, ranking = weigh_causes(context, found, best, verdict == "explained", errors)
@@ -196,7 +210,7 @@ def _conclude(
     speeds = forward_speeds(context, best)
     steps = _steps(context, found, best)
     closure = Closure(
-        held_out_runs=tuple(context.data.runs[i].name for i in scored_runs(context)),
+        held_out_runs=tuple(context.data.runs[i].name for i in context.scored_runs),
         joint_angle=angle_closure(context, nominal, best),
         forward_speed=speed_closure(context, speeds),
         steps=tuple(
@@ -209,8 +223,8 @@ def _conclude(
             for _, after in steps
         ),
     )
-    stage_shares = shares(context, nominal, steps)
-    table = _regimes(context, gap, best)
+    stage_shares = shares(context, gap, nominal, steps)
+    table = _regimes(context, gap, best, runs)
     proposal = Proposal(None, None)
     if not quick and open_rivals:
         progress("the next experiment", 0.94)
@@ -222,13 +236,13 @@ def _conclude(
         warnings.append(f"{what}: the noise floor is that of the encoders alone; repeat one motion")
     return Diagnosis(
         verdict=verdict,
-        where=_where(context, gap, stage_shares, causes, verdict, table),
+        where=_where(context, gap, stage_shares, causes, verdict, table, place),
         causes=tuple(causes),
         ranking=ranking,
         closure=closure,
         unexplained=Unexplained(
             share=round(rest.share, 4) if gap.any else 0.0,
-            where=_rest_sentence(context, rest, table),
+            where=place + _rest_sentence(rest, table),
             significant=rest.significant,
         ),
         next_experiment=proposal.experiment,
@@ -275,19 +289,19 @@ def _joint_rms(context: Context, trial: Trial) -> tuple[float, ...]:
     return tuple(out)
 
 
-def _regimes(context: Context, gap: Gap, best: Trial) -> tuple[Regime, ...]:
+def _regimes(context: Context, gap: Gap, best: Trial, runs: Sequence[int]) -> tuple[Regime, ...]:
     joints = [j for j in range(context.data.joints) if gap.significant[j]]
     if not joints:
         return ()
-    loads = [context.simulator.load(i) for i in range(len(context.data.runs))]
-    known = [load for load in loads if load is not None]
+    known = [load for i in runs if (load := context.simulator.load(i)) is not None]
+    before, after = context.residuals(context.nominal), context.residuals(best.readings)
     return regimes(
-        context.data,
+        replace(context.data, runs=tuple(context.data.runs[i] for i in runs)),
         joints,
-        context.nominal,
-        context.residuals(context.nominal),
-        context.residuals(best.readings),
-        known if len(known) == len(loads) else None,
+        [context.nominal[i] for i in runs],
+        [before[i] for i in runs],
+        [after[i] for i in runs],
+        known if len(known) == len(runs) else None,
     )
 
 
@@ -298,6 +312,7 @@ def _where(
     causes: Sequence[Cause],
     verdict: str,
     table: Sequence[Regime],
+    place: str,
 ) -> Where:
     stage = stage_shares.largest()
     if verdict == "explained" and causes:
@@ -315,9 +330,9 @@ def _where(
     if not gap.any:
         regime = "no gap beyond noise and the tolerance of the nominal numbers"
     elif table:
-        regime = sentence(table)
+        regime = place + sentence(table)
     else:
-        regime = "joint angles are as predicted; the motion over ground is not"
+        regime = f"{place}joint angles are as predicted; the motion over ground is not"
     return Where(
         stage=stage,
         stage_shares=stage_shares,
@@ -327,7 +342,7 @@ def _where(
     )
 
 
-def _rest_sentence(context: Context, rest: Rest, table: Sequence[Regime]) -> str:
+def _rest_sentence(rest: Rest, table: Sequence[Regime]) -> str:
     if not rest.significant:
         return "nothing beyond noise and the tolerance of the nominal numbers is left"
     parts = []

@@ -5,7 +5,7 @@ ground.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from threading import Lock
 from typing import TYPE_CHECKING
 
@@ -295,5 +295,5 @@ def _with_lag(data: Data, simulator: Simulator, factor: float) -> list[Floats]:
     robot = data.robot.model_copy(
         update={"servo": servo.model_copy(update={"time_constant_s": servo.time_constant_s * factor})}
     )
-    other = Simulator(Data(robot, data.runs, data.spikes))
+    other = Simulator(replace(data, robot=robot))
     return [p.reading_rad for p in other.predict(())]

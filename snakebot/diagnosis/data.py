@@ -50,6 +50,7 @@ class PreparedRun:
     hold_out: bool
     blocks: NDArray[np.int64]  # (N,) number of the block each sample belongs to
     lifted: bool = False  # off the ground: nothing rubs, and where it went says nothing
+    tick_s: float | None = None  # interval of the set-points, where it is known; see ``ticks``
 
     @property
     def period_s(self) -> float:
@@ -135,9 +136,17 @@ def _prepare_run(run: Run, motion: int, rad_per_count: float) -> tuple[PreparedR
             hold_out=run.hold_out,
             blocks=block_numbers(t),
             lifted=lifted,
+            tick_s=_tick_s(run.metadata.get("rate_hz")),
         ),
         int(bad.sum()),
     )
+
+
+def _tick_s(rate_hz: object) -> float | None:
+    """Interval of set-points that come at a rate, if it is one (a stranger may have written it)."""
+    if isinstance(rate_hz, bool) or not isinstance(rate_hz, (int, float)) or not 0 < rate_hz < np.inf:
+        return None
+    return 1.0 / float(rate_hz)
 
 
 def link_is_clean(data: Data) -> bool:

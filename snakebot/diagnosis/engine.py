@@ -34,6 +34,8 @@ from snakebot.diagnosis.result import (
 )
 from snakebot.diagnosis.sanity import check_data, check_session
 from snakebot.diagnosis.search import MOST_EFFECTS, Found, search
+from snakebot.diagnosis.slow_logs import less_sure, less_sure_ranking, slow_warning, with_ticks
+from snakebot.diagnosis.ticks import is_slow
 from snakebot.diagnosis.traces import traces
 from snakebot.diagnosis.trial import Trial, run_trial
 from snakebot.diagnosis.uncertainty import standard_errors
@@ -86,6 +88,11 @@ def diagnose(
     context = make_context(data, known, seed)
     if not context.angle_blocks.count:
         raise BadInputError("no sample of any run has both a command and a reading: nothing to compare")
+    guessed = with_ticks(context)
+    if guessed is not None:
+        context = make_context(guessed, known, seed)
+    if any(is_slow(run) for run in context.data.runs):
+        warnings.append(slow_warning(context.data, guessed is not None))
     warnings += context.floor.warnings
     timing = {"prepare": perf_counter() - started}
     mark = perf_counter()
@@ -204,6 +211,8 @@ def _conclude(
     progress("parameters and their uncertainty", 0.82)
     errors = standard_errors(context, best, tolerances=not quick)
     causes, open_rivals, ranking = weigh_causes(context, found, best, verdict == "explained", errors)
+    if any(is_slow(run) for run in context.data.runs):
+        causes, ranking = less_sure(causes), less_sure_ranking(ranking)
     if noise is not None:
         causes.append(noise_cause(context, noise))
     progress("closure on held-out runs", 0.9)

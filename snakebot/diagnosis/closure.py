@@ -39,6 +39,8 @@ def angle_closure(context: Context, nominal: Trial, best: Trial) -> AngleClosure
     significant = gap_of(context, nominal).significant | gap_of(context, nominal, context.scored).significant
     if e2 - bound <= NO_GAP * bound or not significant.any():
         reason = "no gap beyond noise and tolerance to close"
+        if floor.doubts:
+            reason = "runs of the same motion are as far apart as they are off their prediction"
     else:
         closed = (e2 - a2) / (e2 - f2)
         draw = resample(blocks.run[rows], np.random.default_rng(context.seed), DRAWS)

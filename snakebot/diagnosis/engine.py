@@ -16,7 +16,7 @@ from snakebot.diagnosis.closure import angle_closure, forward_speeds, speed_clos
 from snakebot.diagnosis.context import Context, make_context
 from snakebot.diagnosis.data import link_is_clean, prepare
 from snakebot.diagnosis.experiment import Proposal, propose
-from snakebot.diagnosis.gap import Gap, gap_of, named_joints
+from snakebot.diagnosis.gap import Gap, gap_of, hidden_gap, named_joints
 from snakebot.diagnosis.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.localise import shares
 from snakebot.diagnosis.noise import noisy_encoders
@@ -194,6 +194,10 @@ def _conclude(
     verdict = decide(gap, best, rest, noise is not None)
     if by_chance:
         verdict = "explained" if best.hypothesis.terms else "unexplained"
+    if not gap.any and not by_chance and context.floor.doubts:
+        verdict, gap = "unexplained", hidden_gap(context, nominal)
+        rest = replace(rest, share=1.0, gap=gap)
+        warnings += context.floor.doubts.values()
     place, runs = "", tuple(range(len(context.data.runs)))
     apart = None if by_chance or verdict == "unexplained" else held_out_rest(context, nominal, best)
     if apart is not None and (noise is None or apart.gap.significant.any()):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ class Floor:
         pairs: number of pairs of runs behind ``repeat_rad``.
         like: pairs of runs that did the same at the same times, as far as noise goes.
         warnings: of pairs of runs between which the robot changed; they are not in the floor.
+        doubts: joints (0-based) whose floor is large enough to hide a gap that is plain to see, and a warning of each.
     """
 
     repeat_rad: Floats
@@ -40,6 +41,7 @@ class Floor:
     quantiser_rad: float
     like: frozenset[tuple[int, int]] = frozenset()
     warnings: tuple[str, ...] = ()
+    doubts: Mapping[int, str] = field(default_factory=dict)
 
     @property
     def rad(self) -> Floats:
@@ -71,18 +73,15 @@ def noise_floor(data: Data, nominal: Sequence[Floats] | None = None) -> Floor:
             if difference.joint not in pair.changed:
                 squares[difference.joint].append(_by_block(data.runs[pair.one], difference))
     repeat = np.array([_trimmed_root(np.concatenate(s)) if s else np.nan for s in squares])
-    doubtful = np.zeros(k, dtype=bool) if nominal is None else _doubtful(data, nominal, repeat, white)
-    warnings = change_warnings(data, pairs)
-    warnings += tuple(doubt_warning(data, pairs, int(joint)) for joint in np.flatnonzero(doubtful))
-    repeat[doubtful] = np.nan
-    known = np.isfinite(repeat)
+    doubtful = [] if nominal is None else np.flatnonzero(_doubtful(data, nominal, repeat, white)).tolist()
     return Floor(
         repeat_rad=repeat,
         white_rad=white,
-        pairs=sum(any(known[d.joint] and d.joint not in p.changed for d in p.differences) for p in pairs),
+        pairs=sum(any(d.joint not in p.changed for d in p.differences) for p in pairs),
         quantiser_rad=data.quantiser_rad,
         like=frozenset((p.one, p.other) for p in pairs if not p.changed and abs(p.shift_s) < SAME_TIME_S),
-        warnings=warnings,
+        warnings=change_warnings(data, pairs),
+        doubts={joint: doubt_warning(data, pairs, joint) for joint in doubtful},
     )
 
 
@@ -91,7 +90,7 @@ def _doubtful(
 ) -> NDArray[np.bool_]:
     """(k,) joints whose repeats are so far apart that they would hide a gap that is plain to see.
 
-    What changes in mid-run goes by no motion, and is no noise either.
+    What changes in mid-run goes by no motion, and need not be noise.
     """
     doubtful = np.zeros(data.joints, dtype=bool)
     for joint in range(data.joints):

@@ -75,6 +75,17 @@ def gap_of(context: Context, trial: Trial, rows: Bools | None = None) -> Gap:
     return Gap(square, significant, ratio, ground)
 
 
+def hidden_gap(context: Context, trial: Trial) -> Gap:
+    """The gap on joints whose floor is too large to be believed: all that a trial leaves over there."""
+    k = context.data.joints
+    square, significant = np.zeros(k), np.zeros(k, dtype=bool)
+    for joint in context.floor.doubts:
+        rows = (context.block_joint == joint) & context.selects
+        if rows.any():
+            square[joint], significant[joint] = float(trial.held_square[rows].mean()), True
+    return Gap(square, significant, float("nan"), False)
+
+
 def _ground_beyond(context: Context, trial: Trial, asked: Bools) -> bool:
     """Whether speed or turning is off beyond what is allowed, over all windows."""
     ground = context.ground

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 
 from snakebot.diagnosis.alignment import align
 from snakebot.diagnosis.data import Data, PreparedRun
+from snakebot.diagnosis.reference import play
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 FEW = 24  # samples, below which nothing is said about what a difference goes by
 PARTS = 4  # of a run, each foretold from the others
-FORETOLD = 0.5  # share of a difference that the motion must foretell, for a change
+FORETOLD = 0.8  # share of a difference that the motion must foretell, for a change
 MANY = 3.0  # times the readings' own noise that it must come to
 OF_THE_GAP = (
     0.02  # share of the runs' own gaps to the prediction, in mean squares, under which it hides nothing
@@ -136,7 +137,8 @@ def _judged(
     late_s = float(one.rad @ rate) / max(float(rate @ rate), 1e-12)
     most_s = max(a.period_s, b.period_s)  # a reading is no more punctual than the samples
     left = one.rad - np.clip(late_s, -most_s, most_s) * rate
-    marks = np.column_stack([np.ones(rows.size), reading[rows], rate])
+    slack = reading - play(reading, float(np.sqrt(np.square(left).mean())))
+    marks = np.column_stack([np.ones(rows.size), reading[rows], rate, slack[rows]])
     planned = _foretold(marks, left)
     size = float(np.square(planned).mean())
     share = 1 - float(np.square(left - planned).sum()) / max(float(np.square(left).sum()), 1e-300)
@@ -219,8 +221,8 @@ def doubt_warning(data: Data, pairs: Sequence[Pair], joint: int) -> str:
     )
     return (
         f"joint {joint + 1}: {data.runs[other].name} and {data.runs[one].name}, the same motion, are "
-        f"{np.degrees(size):.2g} deg rms apart, about as much as the joint is off its prediction: this is not taken "
-        "for noise. Repeat the motion once more"
+        f"{np.degrees(size):.2g} deg rms apart, about as much as the joint is off its prediction: that is too much to "
+        "be taken for noise. Repeat the motion once more"
     )
 
 

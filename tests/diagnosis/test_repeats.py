@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from sessions import bench, make_run
 
+from snakebot.diagnosis import diagnose
 from snakebot.diagnosis.alignment import align
 from snakebot.diagnosis.context import make_context
 from snakebot.diagnosis.data import prepare
@@ -125,11 +126,12 @@ def test_what_broke_in_mid_run_hides_nothing() -> None:
     broken = runs[-1].measured_rad.copy()
     broken[450:, 1] = broken[450, 1]
     runs[-1] = replace(runs[-1], measured_rad=broken)
-    floor = floor_of(runs)
-    assert np.degrees(floor.rad) == pytest.approx([0.05, 0.05], abs=0.02)
-    (warning,) = floor.warnings
-    assert warning.startswith("joint 2: run_04 and run_01, the same motion, are")
-    assert gap_joints(runs) == [2]
+    found = diagnose(Session(ROBOT, tuple(runs)), quick=True)
+    assert found.verdict == "unexplained"
+    assert found.where.joints == (2,)
+    assert found.warnings[0].startswith("joint 2: run_04 and run_01, the same motion, are")
+    assert found.closure.joint_angle.reason is not None
+    assert "no gap" not in found.closure.joint_angle.reason
 
 
 def test_of_three_repeats_the_two_that_agree_tell_the_noise() -> None:
@@ -139,6 +141,22 @@ def test_of_three_repeats_the_two_that_agree_tell_the_noise() -> None:
     assert np.degrees(floor.repeat_rad) == pytest.approx([0.05, 0.05], abs=0.02)
     assert floor.like == {(0, 4)}
     assert len(floor.warnings) == 2
+
+
+def test_a_joint_that_sticks_elsewhere_at_each_turn_is_noisy_and_has_not_changed() -> None:
+    runs = []
+    for i, run in enumerate(runs_of((), (), (), ())):
+        rng = np.random.default_rng(i)
+        turns = np.cumsum(
+            np.diff(np.sign(np.gradient(run.command_rad, axis=0)), axis=0, prepend=0.0) != 0, axis=0
+        )
+        stuck = np.radians(0.8) * rng.normal(size=(turns.max() + 1, 2))
+        runs.append(replace(run, measured_rad=run.measured_rad + np.take_along_axis(stuck, turns, axis=0)))
+    floor = floor_of(runs)
+    assert not floor.warnings
+    assert not floor.doubts
+    assert (np.degrees(floor.rad) > 0.4).all()
+    assert gap_joints(runs) == []
 
 
 def test_chance_is_noise() -> None:

@@ -24,16 +24,10 @@ DRAWS = 1000
 NO_GAP = 0.1  # a gap whose mean square above the floor is under this share of the floor's is none
 
 
-def scored_runs(context: Context) -> tuple[int, ...]:
-    """Runs that closure is taken on: those that the user holds out, else all, each predicted from the others."""
-    held = tuple(i for i, run in enumerate(context.data.runs) if run.hold_out)
-    return held or tuple(range(len(context.data.runs)))
-
-
 def angle_closure(context: Context, nominal: Trial, best: Trial) -> AngleClosure:
     """Closure over all joints of the scored runs."""
     blocks = context.angle_blocks
-    rows = np.isin(blocks.run, scored_runs(context))
+    rows = np.isin(blocks.run, context.scored_runs)
     size = blocks.samples[rows]
     before, after = (blocks.mean_square(context.residuals(trial.readings))[rows] for trial in (nominal, best))
     e2, a2 = _mean(before, size), _mean(after, size)
@@ -42,8 +36,11 @@ def angle_closure(context: Context, nominal: Trial, best: Trial) -> AngleClosure
     f2 = _mean(np.square(floor.rad)[joint], size) if floor.known else 0.0
     bound = f2 if floor.known else _mean(np.square(floor.white_rad)[joint], size)
     closed, interval, reason = None, None, None
-    if e2 - bound <= NO_GAP * bound or not gap_of(context, nominal).significant.any():
+    significant = gap_of(context, nominal).significant | gap_of(context, nominal, context.scored).significant
+    if e2 - bound <= NO_GAP * bound or not significant.any():
         reason = "no gap beyond noise and tolerance to close"
+        if floor.doubts:
+            reason = "runs of the same motion are as far apart as they are off their prediction"
     else:
         closed = (e2 - a2) / (e2 - f2)
         draw = resample(blocks.run[rows], np.random.default_rng(context.seed), DRAWS)
@@ -79,7 +76,7 @@ def forward_speeds(context: Context, best: Trial) -> Speeds | None:
     if data.robot.body is None:
         return None
     runs, measured, before, after = [], [], [], []
-    for index in scored_runs(context):
+    for index in context.scored_runs:
         run = data.runs[index]
         span = ground_motion.steady_span(run)
         window = ground_motion.Window(index, *span, run.pose is None)

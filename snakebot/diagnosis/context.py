@@ -5,7 +5,7 @@ ground.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from threading import Lock
 from typing import TYPE_CHECKING
 
@@ -95,6 +95,17 @@ class Context:
         if held.all():
             return np.ones(self.block_run.size, dtype=bool)
         return np.asarray(~held[self.block_run])
+
+    @property
+    def scored_runs(self) -> tuple[int, ...]:
+        """Runs that closure is taken on: those that the user holds out, else all, each predicted from the others."""
+        held = tuple(i for i, run in enumerate(self.data.runs) if run.hold_out)
+        return held or tuple(range(len(self.data.runs)))
+
+    @property
+    def scored(self) -> Bools:
+        """(B,) blocks of the scored runs."""
+        return np.isin(self.block_run, self.scored_runs)
 
     @property
     def free_runs(self) -> tuple[int, ...]:
@@ -210,9 +221,9 @@ class Context:
 def make_context(data: Data, known: Mapping[str, float], seed: int) -> Context:
     """Prepare everything that does not depend on an explanation."""
     simulator = Simulator(data)
-    floor = noise_floor(data)
     blocks = block_map(data)
     nominal = [p.reading_rad for p in simulator.predict(())]
+    floor = noise_floor(data, nominal)
     other = _with_lag(data, simulator, 1 + SHAPE_TOLERANCE)
     moved = [a - b for a, b in zip(nominal, other, strict=True)]
     tolerance = blocks.mean_square(moved)
@@ -224,7 +235,7 @@ def make_context(data: Data, known: Mapping[str, float], seed: int) -> Context:
         ]
     )
     floor_square = np.square(floor.rad)[blocks.joint]
-    measured = ground_motion.measured_ground(data)
+    measured = ground_motion.measured_ground(data, floor.like)
     allowed, marks = np.zeros(0), np.zeros((0, 5))
     if measured is not None:
         stages = simulator.stages(())
@@ -284,5 +295,5 @@ def _with_lag(data: Data, simulator: Simulator, factor: float) -> list[Floats]:
     robot = data.robot.model_copy(
         update={"servo": servo.model_copy(update={"time_constant_s": servo.time_constant_s * factor})}
     )
-    other = Simulator(Data(robot, data.runs, data.spikes))
+    other = Simulator(replace(data, robot=robot))
     return [p.reading_rad for p in other.predict(())]

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from snakebot.diagnosis.alignment import align
+
 if TYPE_CHECKING:
     from snakebot.robot import Robot
     from snakebot.runlog import Run, Session
@@ -48,6 +50,7 @@ class PreparedRun:
     hold_out: bool
     blocks: NDArray[np.int64]  # (N,) number of the block each sample belongs to
     lifted: bool = False  # off the ground: nothing rubs, and where it went says nothing
+    tick_s: float | None = None  # interval of the set-points, where it is known; see ``ticks``
 
     @property
     def period_s(self) -> float:
@@ -133,9 +136,17 @@ def _prepare_run(run: Run, motion: int, rad_per_count: float) -> tuple[PreparedR
             hold_out=run.hold_out,
             blocks=block_numbers(t),
             lifted=lifted,
+            tick_s=_tick_s(run.metadata.get("rate_hz")),
         ),
         int(bad.sum()),
     )
+
+
+def _tick_s(rate_hz: object) -> float | None:
+    """Interval of set-points that come at a rate, if it is one (a stranger may have written it)."""
+    if isinstance(rate_hz, bool) or not isinstance(rate_hz, (int, float)) or not 0 < rate_hz < np.inf:
+        return None
+    return 1.0 / float(rate_hz)
 
 
 def link_is_clean(data: Data) -> bool:
@@ -200,16 +211,28 @@ def motion_numbers(runs: Sequence[Run]) -> list[int]:
             i = parent[i]
         return i
 
-    names = {run.name: i for i, run in enumerate(runs)}
     for i, run in enumerate(runs):
-        if run.repeat_of is not None and run.repeat_of in names:
-            parent[root(i)] = root(names[run.repeat_of])
+        for j in repeated(runs, run):
+            if is_told_alike(run, runs[j]):
+                parent[root(i)] = root(j)
     for i, a in enumerate(runs):
         for j in range(i):
             if root(i) != root(j) and same_motion(a, runs[j]):
                 parent[root(i)] = root(j)
     order: dict[int, int] = {}
     return [order.setdefault(root(i), len(order)) for i in range(len(runs))]
+
+
+def repeated(runs: Sequence[Run], run: Run) -> list[int]:
+    """Index of the run that ``run`` says to repeat, if it is there."""
+    return [j for j, other in enumerate(runs) if other is not run and other.name == run.repeat_of]
+
+
+def is_told_alike(run: Run, other: Run) -> bool:
+    """Whether a run that says to repeat another was told the same, wherever their logs begin."""
+    if run.joints != other.joints or min(len(run), len(other)) < MIN_SAMPLES:
+        return False
+    return align(run.t_s, run.command_rad, other.t_s, other.command_rad) is not None
 
 
 def same_motion(a: Run, b: Run) -> bool:

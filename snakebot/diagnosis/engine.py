@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from snakebot.diagnosis.causes import fit_entries, joints_of, noise_cause, speed_closed, weigh_causes
 from snakebot.diagnosis.chance import random_delay, unsteady
-from snakebot.diagnosis.closure import angle_closure, forward_speeds, scored_runs, speed_closure
+from snakebot.diagnosis.closure import angle_closure, forward_speeds, speed_closure
 from snakebot.diagnosis.context import Context, make_context
 from snakebot.diagnosis.data import link_is_clean, prepare
 from snakebot.diagnosis.experiment import Proposal, propose
-from snakebot.diagnosis.gap import Gap, gap_of, named_joints
+from snakebot.diagnosis.gap import Gap, gap_of, hidden_gap, named_joints
 from snakebot.diagnosis.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.localise import shares
 from snakebot.diagnosis.noise import noisy_encoders
@@ -34,10 +34,12 @@ from snakebot.diagnosis.result import (
 )
 from snakebot.diagnosis.sanity import check_data, check_session
 from snakebot.diagnosis.search import MOST_EFFECTS, Found, search
+from snakebot.diagnosis.slow_logs import less_sure, less_sure_ranking, slow_warning, with_ticks
+from snakebot.diagnosis.ticks import is_slow
 from snakebot.diagnosis.traces import traces
 from snakebot.diagnosis.trial import Trial, run_trial
 from snakebot.diagnosis.uncertainty import standard_errors
-from snakebot.diagnosis.verdict import Rest, decide, rest_of
+from snakebot.diagnosis.verdict import Rest, decide, held_out_rest, rest_of, runs_with_gap
 from snakebot.effects.registry import effects, find_effect
 from snakebot.errors import BadInputError
 from snakebot.runlog import Session
@@ -86,6 +88,12 @@ def diagnose(
     context = make_context(data, known, seed)
     if not context.angle_blocks.count:
         raise BadInputError("no sample of any run has both a command and a reading: nothing to compare")
+    guessed = with_ticks(context)
+    if guessed is not None:
+        context = make_context(guessed, known, seed)
+    if any(is_slow(run) for run in context.data.runs):
+        warnings.append(slow_warning(context.data, guessed is not None))
+    warnings += context.floor.warnings
     timing = {"prepare": perf_counter() - started}
     mark = perf_counter()
     found = search(
@@ -186,16 +194,36 @@ def _conclude(
     verdict = decide(gap, best, rest, noise is not None)
     if by_chance:
         verdict = "explained" if best.hypothesis.terms else "unexplained"
+    if not gap.any and not by_chance and context.floor.doubts:
+        verdict, gap = "unexplained", hidden_gap(context, nominal)
+        rest = replace(rest, share=1.0, gap=gap)
+        warnings += context.floor.doubts.values()
+    place, runs = "", tuple(range(len(context.data.runs)))
+    apart = None if by_chance or verdict == "unexplained" else held_out_rest(context, nominal, best)
+    if apart is not None and (noise is None or apart.gap.significant.any()):
+        verdict, rest = "unexplained", apart
+        runs = runs_with_gap(context, best)
+        place = f"in {', '.join(context.data.runs[i].name for i in runs)}, held out: "
+        if gap.any:
+            warnings.append(f"{place}{rest.share:.0%} of the gap is left, so it is not explained")
+        else:
+            gap = apart.gap
+            warnings.append(
+                f"{place}there is a gap, and none in the runs that may be fitted, so no cause can be named: fit such a "
+                "motion too"
+            )
     progress("parameters and their uncertainty", 0.82)
     errors = standard_errors(context, best, tolerances=not quick)
     causes, open_rivals, ranking = weigh_causes(context, found, best, verdict == "explained", errors)
+    if any(is_slow(run) for run in context.data.runs):
+        causes, ranking = less_sure(causes), less_sure_ranking(ranking)
     if noise is not None:
         causes.append(noise_cause(context, noise))
     progress("closure on held-out runs", 0.9)
     speeds = forward_speeds(context, best)
     steps = _steps(context, found, best)
     closure = Closure(
-        held_out_runs=tuple(context.data.runs[i].name for i in scored_runs(context)),
+        held_out_runs=tuple(context.data.runs[i].name for i in context.scored_runs),
         joint_angle=angle_closure(context, nominal, best),
         forward_speed=speed_closure(context, speeds),
         steps=tuple(
@@ -208,8 +236,8 @@ def _conclude(
             for _, after in steps
         ),
     )
-    stage_shares = shares(context, nominal, steps)
-    table = _regimes(context, gap, best)
+    stage_shares = shares(context, gap, nominal, steps)
+    table = _regimes(context, gap, best, runs)
     proposal = Proposal(None, None)
     if not quick and open_rivals:
         progress("the next experiment", 0.94)
@@ -217,18 +245,17 @@ def _conclude(
     if proposal.channel is not None:
         warnings.append(proposal.channel)
     if not context.floor.known:
-        warnings.append(
-            "no run is repeated: the noise floor is that of the encoders alone; repeat one motion"
-        )
+        what = "no repeat tells the noise" if context.floor.warnings else "no run is repeated"
+        warnings.append(f"{what}: the noise floor is that of the encoders alone; repeat one motion")
     return Diagnosis(
         verdict=verdict,
-        where=_where(context, gap, stage_shares, causes, verdict, table),
+        where=_where(context, gap, stage_shares, causes, verdict, table, place),
         causes=tuple(causes),
         ranking=ranking,
         closure=closure,
         unexplained=Unexplained(
             share=round(rest.share, 4) if gap.any else 0.0,
-            where=_rest_sentence(context, rest, table),
+            where=place + _rest_sentence(rest, table),
             significant=rest.significant,
         ),
         next_experiment=proposal.experiment,
@@ -275,19 +302,19 @@ def _joint_rms(context: Context, trial: Trial) -> tuple[float, ...]:
     return tuple(out)
 
 
-def _regimes(context: Context, gap: Gap, best: Trial) -> tuple[Regime, ...]:
+def _regimes(context: Context, gap: Gap, best: Trial, runs: Sequence[int]) -> tuple[Regime, ...]:
     joints = [j for j in range(context.data.joints) if gap.significant[j]]
     if not joints:
         return ()
-    loads = [context.simulator.load(i) for i in range(len(context.data.runs))]
-    known = [load for load in loads if load is not None]
+    known = [load for i in runs if (load := context.simulator.load(i)) is not None]
+    before, after = context.residuals(context.nominal), context.residuals(best.readings)
     return regimes(
-        context.data,
+        replace(context.data, runs=tuple(context.data.runs[i] for i in runs)),
         joints,
-        context.nominal,
-        context.residuals(context.nominal),
-        context.residuals(best.readings),
-        known if len(known) == len(loads) else None,
+        [context.nominal[i] for i in runs],
+        [before[i] for i in runs],
+        [after[i] for i in runs],
+        known if len(known) == len(runs) else None,
     )
 
 
@@ -298,6 +325,7 @@ def _where(
     causes: Sequence[Cause],
     verdict: str,
     table: Sequence[Regime],
+    place: str,
 ) -> Where:
     stage = stage_shares.largest()
     if verdict == "explained" and causes:
@@ -315,9 +343,9 @@ def _where(
     if not gap.any:
         regime = "no gap beyond noise and the tolerance of the nominal numbers"
     elif table:
-        regime = sentence(table)
+        regime = place + sentence(table)
     else:
-        regime = "joint angles are as predicted; the motion over ground is not"
+        regime = f"{place}joint angles are as predicted; the motion over ground is not"
     return Where(
         stage=stage,
         stage_shares=stage_shares,
@@ -327,7 +355,7 @@ def _where(
     )
 
 
-def _rest_sentence(context: Context, rest: Rest, table: Sequence[Regime]) -> str:
+def _rest_sentence(rest: Rest, table: Sequence[Regime]) -> str:
     if not rest.significant:
         return "nothing beyond noise and the tolerance of the nominal numbers is left"
     parts = []

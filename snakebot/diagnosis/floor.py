@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import combinations
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.diagnosis.data import Data, PreparedRun
+from snakebot.diagnosis.repeats import Difference, change_warnings, doubt_warning, repeated_pairs
 
 Floats = NDArray[np.float64]
 
 TRIM = 0.05  # of the largest block differences, taken for mishaps of one run
+SUSPECT = 4.0  # times the white noise, above which a floor is looked at twice
+LARGE = 0.1  # of the motion commanded, rms: a gap that no floor may hide
+COVERS = 2.0  # times the floor, rms, under which a gap does not stand out from it
+SAME_TIME_S = (
+    0.02  # to which the logs of two runs must begin alike for their motions over ground to be compared
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,14 +30,18 @@ class Floor:
         repeat_rad: (k,) from repeated runs, nan without any: noise of readings and of the motion itself.
         white_rad: (k,) white part of the readings, from their third differences; at least the quantiser's.
         pairs: number of pairs of runs behind ``repeat_rad``.
-        speed_m_s: standard deviation of forward speed from repeats, or None.
+        like: pairs of runs that did the same at the same times, as far as noise goes.
+        warnings: of pairs of runs between which the robot changed; they are not in the floor.
+        doubts: joints (0-based) whose floor is large enough to hide a gap that is plain to see, and a warning of each.
     """
 
     repeat_rad: Floats
     white_rad: Floats
     pairs: int
-    speed_m_s: float | None
     quantiser_rad: float
+    like: frozenset[tuple[int, int]] = frozenset()
+    warnings: tuple[str, ...] = ()
+    doubts: Mapping[int, str] = field(default_factory=dict)
 
     @property
     def rad(self) -> Floats:
@@ -47,49 +58,60 @@ class Floor:
         return self.pairs > 0
 
 
-def noise_floor(data: Data) -> Floor:
-    """Estimate the floor of a session."""
+def noise_floor(data: Data, nominal: Sequence[Floats] | None = None) -> Floor:
+    """Estimate the floor of a session.
+
+    Args:
+        nominal: predicted readings (N, k) a run, for robots that changed between repeats to be told from noise.
+    """
     k = data.joints
-    squares: list[list[Floats]] = [[] for _ in range(k)]
-    pairs = 0
-    speeds: list[float] = []
-    for motion in data.motions:
-        runs = [run for run in data.runs if run.motion == motion]
-        for a, b in combinations(runs, 2):
-            found = False
-            for joint in range(k):
-                difference = _difference(a, b, joint)
-                if difference is not None:
-                    squares[joint].append(difference)
-                    found = True
-            pairs += found
-            if a.forward_speed_m_s is not None and b.forward_speed_m_s is not None:
-                speeds.append((a.forward_speed_m_s - b.forward_speed_m_s) ** 2 / 2)
-    repeat = np.array([_trimmed_root(np.concatenate(s)) if s else np.nan for s in squares])
     white = np.array([white_noise(data, joint) for joint in range(k)])
+    squares: list[list[Floats]] = [[] for _ in range(k)]
+    pairs = repeated_pairs(data, white, nominal)
+    for pair in pairs:
+        for difference in pair.differences:
+            if difference.joint not in pair.changed:
+                squares[difference.joint].append(_by_block(data.runs[pair.one], difference))
+    repeat = np.array([_trimmed_root(np.concatenate(s)) if s else np.nan for s in squares])
+    doubtful = [] if nominal is None else np.flatnonzero(_doubtful(data, nominal, repeat, white)).tolist()
     return Floor(
-        repeat, white, pairs, float(np.sqrt(np.mean(speeds))) if speeds else None, data.quantiser_rad
+        repeat_rad=repeat,
+        white_rad=white,
+        pairs=sum(any(d.joint not in p.changed for d in p.differences) for p in pairs),
+        quantiser_rad=data.quantiser_rad,
+        like=frozenset((p.one, p.other) for p in pairs if not p.changed and abs(p.shift_s) < SAME_TIME_S),
+        warnings=change_warnings(data, pairs),
+        doubts={joint: doubt_warning(data, pairs, joint) for joint in doubtful},
     )
 
 
-def _difference(a: PreparedRun, b: PreparedRun, joint: int) -> Floats | None:
-    """Half the mean square difference of two runs, block by block of the first."""
-    ua, ub = a.use[:, joint], b.use[:, joint]
-    if ua.sum() < 8 or ub.sum() < 8:
-        return None
-    tb = b.t_s[ub]
-    inside = ua & (a.t_s >= tb[0]) & (a.t_s <= tb[-1])
-    # a stretch that b lost cannot be bridged
-    after = np.searchsorted(tb, a.t_s[inside])
-    gap = tb[np.minimum(after, tb.size - 1)] - tb[np.maximum(after - 1, 0)]
-    rows = np.flatnonzero(inside)[gap < 4 * b.period_s]
-    if rows.size < 8:
-        return None
-    other = np.interp(a.t_s[rows], tb, b.measured_rad[ub, joint])
-    square = 0.5 * np.square(a.measured_rad[rows, joint] - other)
-    blocks = a.blocks[rows]
+def _doubtful(
+    data: Data, nominal: Sequence[Floats], repeat_rad: Floats, white_rad: Floats
+) -> NDArray[np.bool_]:
+    """(k,) joints whose repeats are so far apart that they would hide a gap that is plain to see.
+
+    What changes in mid-run goes by no motion, and need not be noise.
+    """
+    doubtful = np.zeros(data.joints, dtype=bool)
+    for joint in range(data.joints):
+        floor = repeat_rad[joint]
+        if not floor > SUSPECT * white_rad[joint]:  # nan: no repeats
+            continue
+        gap = np.concatenate(
+            [(r.measured_rad - p)[r.use[:, joint], joint] for r, p in zip(data.runs, nominal, strict=True)]
+        )
+        told = np.concatenate([r.command_rad[r.use[:, joint], joint] for r in data.runs])
+        size = float(np.square(gap).mean())
+        doubtful[joint] = LARGE**2 * float(np.var(told)) < size < (COVERS * floor) ** 2
+    return doubtful
+
+
+def _by_block(run: PreparedRun, difference: Difference) -> Floats:
+    """Half the mean square of a difference, block by block of its run."""
+    blocks = run.blocks[difference.rows]
     counts = np.bincount(blocks)
     kept = counts > 2
+    square = 0.5 * np.square(difference.rad)
     return np.asarray(np.bincount(blocks, weights=square)[kept] / counts[kept])
 
 

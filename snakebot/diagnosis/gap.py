@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from snakebot.diagnosis.trial import Trial
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 GAP_SE = 3.0
 GAP_SIZE = 1.3  # mean square over the allowed one, above which a gap is one: the floor is an estimate itself
@@ -39,7 +40,7 @@ class Gap:
     """
 
     joint_square: Floats
-    significant: NDArray[np.bool_]
+    significant: Bools
     ground_ratio: float
     ground_significant: bool
 
@@ -54,32 +55,44 @@ class Gap:
         return self.joint_square / total if total > 0 else np.zeros_like(self.joint_square)
 
 
-def gap_of(context: Context, trial: Trial) -> Gap:
-    """What a trial leaves over, joint by joint and over ground."""
+def gap_of(context: Context, trial: Trial, rows: Bools | None = None) -> Gap:
+    """What a trial leaves over, joint by joint and over ground, in the blocks ``rows`` (B,) or in those that decide."""
     k = context.data.joints
+    asked = context.selects if rows is None else rows
     square, significant = np.zeros(k), np.zeros(k, dtype=bool)
     for joint in range(k):
-        rows = (context.block_joint == joint) & context.selects
+        rows = (context.block_joint == joint) & asked
         if not rows.any():
             continue
         held, allowed = trial.held_square[rows], context.allowed_square[rows]
         square[joint] = max(float(held.mean()) - float(context.floor.rad[joint] ** 2), 0.0)
         significant[joint] = beyond(held, allowed, context.block_run[rows])
-    rows = (context.block_joint == -1) & context.selects
+    rows = (context.block_joint == -1) & asked
     ratio, ground = float("nan"), False
     if rows.any():
         ratio = float(np.mean(trial.held_square[rows] / context.allowed_square[rows]))
-        ground = ground_beyond(context, trial)
+        ground = _ground_beyond(context, trial, asked)
     return Gap(square, significant, ratio, ground)
 
 
-def ground_beyond(context: Context, trial: Trial) -> bool:
+def hidden_gap(context: Context, trial: Trial) -> Gap:
+    """The gap on joints whose floor is too large to be believed: all that a trial leaves over there."""
+    k = context.data.joints
+    square, significant = np.zeros(k), np.zeros(k, dtype=bool)
+    for joint in context.floor.doubts:
+        rows = (context.block_joint == joint) & context.selects
+        if rows.any():
+            square[joint], significant[joint] = float(trial.held_square[rows].mean()), True
+    return Gap(square, significant, float("nan"), False)
+
+
+def _ground_beyond(context: Context, trial: Trial, asked: Bools) -> bool:
     """Whether speed or turning is off beyond what is allowed, over all windows."""
     ground = context.ground
     assert ground is not None
     first = context.angle_blocks.count
     held, allowed = trial.held_square[first:], context.ground_allowed_square
-    use = context.selects[first:]
+    use = asked[first:]
     for kind, surely in SURELY_OVER_GROUND.items():
         rows = (ground.kind == kind) & use
         few = rows.sum() < FEW_WINDOWS

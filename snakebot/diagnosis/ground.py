@@ -8,7 +8,7 @@ second half.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -74,8 +74,12 @@ class Ground:
         return int(self.value.size)
 
 
-def measured_ground(data: Data) -> Ground | None:
-    """The measured motion over ground; None where the session says nothing about it."""
+def measured_ground(data: Data, like: Set[tuple[int, int]]) -> Ground | None:
+    """The measured motion over ground; None where the session says nothing about it.
+
+    Args:
+        like: pairs of runs (indices, rising) that repeat each other, for the floor.
+    """
     if not data.has_ground:
         return None
     windows: list[Window] = []
@@ -104,7 +108,7 @@ def measured_ground(data: Data) -> Ground | None:
     if not values:
         return None
     value, what, of = np.array(values), np.array(kinds, dtype=np.int64), np.array(window_of, dtype=np.int64)
-    floor, from_repeats = _floor(data, windows, value, what, of)
+    floor, from_repeats = _floor(windows, value, what, of, like)
     return Ground(tuple(windows), value, of, what, floor, from_repeats)
 
 
@@ -257,25 +261,25 @@ def _other_span(data: Data, window: Window, start: float) -> Window:
     return replace(window, start_s=start * end, end_s=end if start < 0.3 else 0.9 * end)
 
 
-def _floor(data: Data, windows: list[Window], value: Floats, kind: Ints, of: Ints) -> tuple[Floats, bool]:
+def _floor(
+    windows: list[Window], value: Floats, kind: Ints, of: Ints, like: Set[tuple[int, int]]
+) -> tuple[Floats, bool]:
     """Variance of each feature: from windows of repeats that coincide, at least the resolution of the measurement."""
     least = np.where(
         kind == TURN, TURN_RESOLUTION_RAD_S, SPEED_RESOLUTION_M_S + SPEED_ACCURACY * np.abs(value)
     )
-    place: dict[tuple[int, int, int], list[float]] = {}
+    place: dict[tuple[int, int], list[tuple[int, float]]] = {}  # run and value of each (n-th window, kind)
     rank: dict[int, int] = {}
     order: list[int] = []
     for window in windows:  # the n-th window of its run
         order.append(rank.get(window.run, 0))
         rank[window.run] = order[-1] + 1
     for i in range(value.size):
-        window = windows[of[i]]
-        place.setdefault((data.runs[window.run].motion, order[of[i]], int(kind[i])), []).append(
-            float(value[i])
-        )
+        at = (order[of[i]], int(kind[i]))
+        place.setdefault(at, []).append((windows[of[i]].run, float(value[i])))
     squares: dict[int, list[float]] = {FORWARD: [], LATERAL: [], TURN: []}
-    for (_, _, what), group in place.items():
-        squares[what] += [0.5 * (a - b) ** 2 for a, b in combinations(group, 2)]
+    for (_, what), group in place.items():
+        squares[what] += [0.5 * (a - b) ** 2 for (i, a), (j, b) in combinations(group, 2) if (i, j) in like]
     floor = np.square(least)
     for what, found in squares.items():
         if found:

@@ -14,20 +14,21 @@ from numpy.typing import NDArray
 
 from snakebot.diagnosis import ground as ground_motion
 from snakebot.diagnosis.context import Context
-from snakebot.diagnosis.gap import Gap, gap_of, ground_beyond
+from snakebot.diagnosis.gap import Gap
 from snakebot.diagnosis.result import StageShares
 from snakebot.diagnosis.trial import Trial
 
 Floats = NDArray[np.float64]
 
 
-def shares(context: Context, nominal: Trial, steps: Sequence[tuple[Trial, Trial]]) -> StageShares:
-    """Share of each stage; ``steps`` are pairs (before, after) of the explanation as it grew, one effect each."""
-    gap = gap_of(context, nominal)
+def shares(context: Context, gap: Gap, nominal: Trial, steps: Sequence[tuple[Trial, Trial]]) -> StageShares:
+    """Share of each stage in the gap of ``nominal``; ``steps`` are pairs (before, after) of the explanation as it grew,
+    one effect each.
+    """
     if not gap.any:
         return StageShares()
     angle = relative_angle(context, gap)
-    body = relative_ground(context, nominal)
+    body = relative_ground(context, gap, nominal)
     link = _link_share(context, nominal)
     parts = {"link": 0.0, "servo": 0.0, "sensor": 0.0}
     closed_by: dict[str, float] = dict.fromkeys(parts, 0.0)
@@ -77,10 +78,10 @@ def relative_angle(context: Context, gap: Gap) -> float:
     return float(gap.joint_square[gap.significant].sum()) / context.data.joints / size
 
 
-def relative_ground(context: Context, nominal: Trial) -> float:
+def relative_ground(context: Context, gap: Gap, nominal: Trial) -> float:
     """Gap of the ground under *measured* joint angles, mean square over that of the speed."""
     ground = context.ground
-    if ground is None or not ground_beyond(context, nominal):
+    if ground is None or not gap.ground_significant:
         return 0.0
     first = context.angle_blocks.count
     held = nominal.held_square[first:]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from snakebot.diagnosis.data import MIN_SAMPLES, Data
+from snakebot.diagnosis.data import MIN_SAMPLES, Data, is_told_alike, repeated
 from snakebot.errors import BadInputError
 from snakebot.runlog import Run, Session
 
@@ -45,7 +45,7 @@ def check_session(session: Session) -> list[str]:
     _check_units(where, runs)
     warnings += _check_readings(where, runs)
     _check_motion(where, session)
-    return warnings
+    return [*warnings, *_check_repeats(runs)]
 
 
 def check_data(data: Data) -> list[str]:
@@ -164,6 +164,17 @@ def _check_readings(where: str, runs: Sequence[Run]) -> list[str]:
     if all(not np.isfinite(run.measured_rad).any() for run in runs):
         raise BadInputError(f"{where}: the columns enc are empty in every run: no readings to compare with")
     return warnings
+
+
+def _check_repeats(runs: Sequence[Run]) -> list[str]:
+    """Runs that say to repeat another one and were told something else."""
+    return [
+        f"{run.name} is marked as a repeat of {runs[j].name}, but its commands are others, or hardly overlap: it is "
+        "not taken for a repeat"
+        for run in runs
+        for j in repeated(runs, run)
+        if not is_told_alike(run, runs[j])
+    ]
 
 
 def _check_motion(where: str, session: Session) -> None:

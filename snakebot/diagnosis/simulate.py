@@ -1,8 +1,8 @@
 """Predicted readings of every run under a set of effects: by the filters and the kernel of the simulated board.
 
-Set-points come into force at their own times and are held; servos start where the joint was first read. Where
-nothing but the servo itself matters no joint disturbs another, so all joints are simulated at once, each with
-parameters of its own.
+Set-points come into force at their own times and are held (``ticks`` has those between the rows); servos start where
+the joint was first read. Where nothing but the servo itself matters no joint disturbs another, so all joints are
+simulated at once, each with parameters of its own.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from snakebot.diagnosis.data import Data, PreparedRun
 from snakebot.diagnosis.smoothing import smoothed
+from snakebot.diagnosis.ticks import set_points
 from snakebot.effects.effect import Track
 from snakebot.effects.prediction import GRID_S, servo_stage, setpoint_at
 from snakebot.effects.spec import EffectSpec
@@ -53,6 +54,7 @@ class Simulator:
         self.robot = data.robot
         self.measured = tuple(filled(run.measured_rad) for run in data.runs)
         self.smooth = tuple(smoothed(run.t_s, m) for run, m in zip(data.runs, self.measured, strict=True))
+        self.set_points = tuple(set_points(run) for run in data.runs)
         self._loads: dict[int, Floats] = {}
         self._lock = Lock()
 
@@ -96,7 +98,7 @@ class Simulator:
 
     def _one(self, stages: Stages, index: int, rough: bool, columns: Sequence[int] | None) -> Predicted:
         run = self.data.runs[index]
-        track = stages.link(run.t_s, run.command_rad)
+        track = stages.link(*self.set_points[index])
         angle = self.servo(stages, index, run, track, rough, columns)
         reading, variance = angle, None
         if track.variance_rad2 is not None:
@@ -142,7 +144,7 @@ class Simulator:
         steps = np.arange(run.t_s.size * parts - parts + 1) / parts
         t_s = np.interp(steps, np.arange(run.t_s.size), run.t_s)
         known = np.stack([np.interp(t_s, run.t_s, column) for column in self.measured[index].T], axis=1)
-        track = stages.link(run.t_s, run.command_rad)
+        track = stages.link(*self.set_points[index])
         made = servo_stage(stages, track, t_s, initial_rad=known[0], known_rad=known)
         return t_s, made.joint_angle_rad
 
@@ -151,7 +153,7 @@ class Simulator:
         if index not in self._loads:
             run = self.data.runs[index]
             stages = self.stages((), in_air=run.lifted)
-            track = stages.link(run.t_s, run.command_rad)
+            track = stages.link(*self.set_points[index])
             torque = stages.torque_of(run.t_s, self.servo(stages, index, run, track))
             if torque is None:
                 return None

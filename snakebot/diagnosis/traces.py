@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from snakebot.diagnosis.closure import scored_runs
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.result import Trace
 from snakebot.diagnosis.trial import Trial
@@ -20,7 +19,7 @@ def traces(context: Context, nominal: Trial, best: Trial) -> tuple[Trace, ...]:
     """The runs and joints with the largest gap, one trace a motion."""
     blocks = context.angle_blocks
     size: dict[tuple[int, int], float] = {}
-    for run in scored_runs(context):
+    for run in context.scored_runs:
         for joint in range(context.data.joints):
             rows = (blocks.run == run) & (blocks.joint == joint)
             if rows.any():

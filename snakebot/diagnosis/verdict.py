@@ -44,9 +44,9 @@ class Rest:
 
 
 def rest_of(context: Context, nominal: Trial, best: Trial) -> Rest:
-    """Measure the rest of ``best`` against the gap of ``nominal``."""
+    """Measure the rest of ``best`` against the gap of ``nominal``, in the blocks that decide."""
     gap = gap_of(context, best)
-    share = _share(context, nominal, best)
+    share = _share(context, nominal, best, context.selects)
     predictable = 0.0
     if gap.significant.any():
         residual = best.left
@@ -73,6 +73,26 @@ def rest_of(context: Context, nominal: Trial, best: Trial) -> Rest:
     return Rest(share, gap, predictable, _ratio(context, best, gap))
 
 
+def held_out_rest(context: Context, nominal: Trial, best: Trial) -> Rest | None:
+    """The same in the runs that the user holds out; None without such runs, or where it is no reason for a verdict.
+
+    Nothing was fitted there, and nothing chosen: a gap that does not close there, or that shows nowhere else, is not
+    explained.
+    """
+    rows = context.scored
+    if np.array_equal(rows, context.selects):
+        return None
+    gap = gap_of(context, best, rows)
+    share = _share(context, nominal, best, rows)
+    return Rest(share, gap, 0.0, 0.0) if gap.any and share > MUCH_LEFT else None
+
+
+def runs_with_gap(context: Context, trial: Trial) -> tuple[int, ...]:
+    """Of the scored runs those in which ``trial`` leaves a gap; all of them if no single one shows it."""
+    found = tuple(i for i in context.scored_runs if gap_of(context, trial, context.block_run == i).any)
+    return found or context.scored_runs
+
+
 def _ratio(context: Context, best: Trial, gap: Gap) -> float:
     joints = np.flatnonzero(gap.significant)
     rows = np.isin(context.block_joint, joints) & context.selects
@@ -81,15 +101,17 @@ def _ratio(context: Context, best: Trial, gap: Gap) -> float:
     return float(best.held_square[rows].mean() / context.allowed_square[rows].mean())
 
 
-def _share(context: Context, nominal: Trial, best: Trial) -> float:
-    """Share of the gap left over: of the angles and of the ground, by how large each was against the motion."""
-    before = gap_of(context, nominal)
-    weights = (relative_angle(context, before), relative_ground(context, nominal))
+def _share(context: Context, nominal: Trial, best: Trial, rows: NDArray[np.bool_]) -> float:
+    """Share of the gap left over in some blocks: of the angles and of the ground, by how large each was against the
+    motion.
+    """
+    before = gap_of(context, nominal, rows)
+    weights = (relative_angle(context, before), relative_ground(context, before, nominal))
     count = context.angle_blocks.count
     allowed = context.allowed_square
     total = 0.0
     for part, weight in zip((slice(0, count), slice(count, None)), weights, strict=True):
-        use = context.selects[part]
+        use = rows[part]
         if weight <= 0 or not use.any():
             continue
         # the ground's features have units of their own: count them by what each is allowed

@@ -14,7 +14,7 @@ from snakebot.diagnosis.groups import degenerate, indistinguishable
 from snakebot.diagnosis.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.merit import lead, touched
 from snakebot.diagnosis.noise import Noise
-from snakebot.diagnosis.probability import Evidence, probability, shared
+from snakebot.diagnosis.probability import ONE_MOTION_AT_MOST, Evidence, probability, shared
 from snakebot.diagnosis.result import Cause, Estimate, FitEntry, RankingEntry
 from snakebot.diagnosis.search import Found, without_term
 from snakebot.diagnosis.trial import Trial, run_trial
@@ -96,12 +96,13 @@ def _weigh(
         motions=1 if found.untested else len(context.data.motions),
         explained=explained,
     )
+    seen = SEEN if evidence.motions > 1 else ONE_MOTION_AT_MOST
     others = dict.fromkeys(t.hypothesis.terms[-1].effect if t.hypothesis.terms else "" for t in group)
     cause = Cause(
         effect=term.effect,
         joints=joints_of(context, term),
         stage=term.stage,
-        probability=SEEN if by_chance else round(probability(evidence), 3),
+        probability=seen if by_chance else round(probability(evidence), 3),
         parameters=_estimates(context, term, theta, errors),
         indistinguishable_from=tuple(name for name in others if name and name != term.effect),
         closure_alone=_closure_alone(context, found.nominal, single, term),

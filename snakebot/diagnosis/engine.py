@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.diagnosis.causes import fit_entries, joints_of, noise_cause, speed_closed, weigh_causes
-from snakebot.diagnosis.chance import random_delay, unsteady
+from snakebot.diagnosis.chance import earned, random_delay, unsteady
 from snakebot.diagnosis.closure import angle_closure, forward_speeds, scored_runs, speed_closure
 from snakebot.diagnosis.context import Context, make_context
 from snakebot.diagnosis.data import link_is_clean, prepare
@@ -36,7 +36,7 @@ from snakebot.diagnosis.sanity import check_data, check_session
 from snakebot.diagnosis.search import MOST_EFFECTS, Found, search
 from snakebot.diagnosis.traces import traces
 from snakebot.diagnosis.trial import Trial, run_trial
-from snakebot.diagnosis.uncertainty import standard_errors
+from snakebot.diagnosis.uncertainty import interval, standard_errors
 from snakebot.diagnosis.verdict import Rest, decide, rest_of
 from snakebot.effects.registry import effects, find_effect
 from snakebot.errors import BadInputError
@@ -91,7 +91,7 @@ def diagnose(
     found = search(
         context, only=only, exclude=exclude, quick=quick, progress=lambda t, s: progress(t, 0.05 + 0.7 * s)
     )
-    found = _by_chance(context, found, only, exclude)
+    found = _by_chance(context, found, only, exclude, quick)
     timing["search"] = perf_counter() - mark
     mark = perf_counter()
     progress("what is left over", 0.78)
@@ -121,8 +121,10 @@ def _check_options(exclude: Sequence[str], only: Sequence[str], known: Mapping[s
                     )
 
 
-def _by_chance(context: Context, found: Found, only: Sequence[str], exclude: Sequence[str]) -> Found:
-    """Lost set-points in the place of a delay, where what is left over shows them.
+def _by_chance(
+    context: Context, found: Found, only: Sequence[str], exclude: Sequence[str], quick: bool
+) -> Found:
+    """Lost set-points in the place of a delay, where what is left over shows them and they earn their place.
 
     They shake the body between the samples, which no replay of samples sees: an effect of the body goes with the delay.
     """
@@ -144,13 +146,18 @@ def _by_chance(context: Context, found: Found, only: Sequence[str], exclude: Seq
     theta = np.concatenate([np.zeros(0), *(parts[i] for i in stays)])
     starts = [np.append(theta, p) for p in (0.1, 0.3, 0.6)]
     loss = run_trial(context, kept.plus(Term(name, None)), starts)
+    base = run_trial(context, kept, [theta]) if stays else found.nominal
+    error = standard_errors(context, loss, tolerances=not quick)[-1]
+    ends = interval(loss.hypothesis.parameters[-1], float(loss.theta[-1]), float(error))
+    if ends is None or ends[0] <= 0 or not earned(context, loss, base):
+        return found
     rivals = tuple(t for t in found.singles if t.hypothesis.names != (name,))
     return replace(
         found,
         best=loss,
         singles=found.singles if stays else (loss, *rivals),
         rivals=(*(found.rivals[i] for i in stays if i < len(found.rivals)), ()),
-        path=(found.nominal, run_trial(context, kept, [theta]), loss) if stays else (found.nominal, loss),
+        path=(found.nominal, base, loss) if stays else (found.nominal, loss),
         without=(),
         untested=False,
         by_chance=True,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -101,3 +102,41 @@ def test_lone_wild_readings_do_not_matter() -> None:
     found = diagnose(changed(make_session(bench(1)), measured_rad=spoil), quick=True)
     assert found.verdict == "no_gap"
     assert any("lone readings" in warning for warning in found.warnings)
+
+
+def thinned(session: Session, keep: Callable[[Run], np.ndarray]) -> Session:
+    """Every run without the rows that its logger lost."""
+    runs = []
+    for run in session.runs:
+        rows = keep(run)
+        parts = {name: getattr(run, name)[rows] for name in ("t_s", "command_rad", "measured_rad")}
+        runs.append(replace(run, **parts))
+    return replace(session, runs=tuple(runs))
+
+
+def test_a_hole_in_a_log_is_no_gap() -> None:
+    def keep(run: Run) -> np.ndarray:
+        return (run.t_s < 2.0) | (run.t_s > 3.0) | (run.name != "run_01.csv")
+
+    found = diagnose(thinned(make_session(bench()), keep), quick=True)
+    assert found.verdict == "no_gap"
+    assert found.causes == ()
+
+
+def test_rows_lost_here_and_there_are_no_gap() -> None:
+    rng = np.random.default_rng(3)
+    lossy = thinned(make_session(bench(3)), lambda run: rng.random(len(run)) < 0.9)
+    found = diagnose(lossy, quick=True)
+    assert found.verdict == "no_gap"
+    assert found.causes == ()
+
+
+def test_times_stamped_unevenly_are_no_lost_set_points() -> None:
+    rng = np.random.default_rng(3)
+
+    def stamped(t_s: np.ndarray) -> np.ndarray:
+        shaken = np.maximum.accumulate(t_s + rng.normal(0, 0.002, t_s.size))
+        return np.asarray(shaken + 1e-9 * np.arange(t_s.size))
+
+    found = diagnose(changed(make_session(bench(3)), t_s=stamped), quick=True)
+    assert all(cause.effect != "command_loss" for cause in found.causes)

@@ -150,3 +150,22 @@ def test_stretches_without_power_are_not_fitted() -> None:
     found = diagnose(Session(robot, tuple(runs)), quick=True)
     assert found.verdict == "no_gap"
     assert any("off in 25%" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("probability", [0.1, 0.4])
+def test_lost_set_points_are_found_in_the_scatter(probability: float) -> None:
+    robot = bench(3)
+    runs = []
+    for number, run in enumerate(make_session(robot).runs):
+        lost = np.random.default_rng(number).random(len(run)) < probability
+        lost[0] = False
+        arrived = run.command_rad[np.maximum.accumulate(np.where(lost, 0, np.arange(len(run))))]
+        reading = predict(robot, (), run.t_s, arrived).encoder_rad
+        runs.append(replace(run, measured_rad=reading))
+    found = diagnose(Session(robot, tuple(runs[:3])), quick=True)
+    (cause,) = found.causes
+    assert cause.effect == "command_loss"
+    assert cause.probability == 0.9
+    assert cause.parameters["probability"].estimate == pytest.approx(probability, rel=0.25)
+    alone = diagnose(Session(robot, (runs[0],)), quick=True)
+    assert all(cause.probability <= 0.5 for cause in alone.causes)

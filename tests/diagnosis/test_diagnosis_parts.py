@@ -81,6 +81,22 @@ def test_lone_spikes_are_taken_out_and_steps_are_not() -> None:
     assert np.flatnonzero(spikes(wave, 0.01)[:, 0]).tolist() == [100]
 
 
+def test_what_follows_a_hole_in_time_is_not_compared_until_the_servo_has_settled() -> None:
+    session = make_session(bench(1))
+    run = session.runs[0]
+    rows = (run.t_s < 2.0) | (run.t_s >= 3.0)
+    rows[450] = False  # a lone row, long after
+    holed = replace(
+        run, t_s=run.t_s[rows], command_rad=run.command_rad[rows], measured_rad=run.measured_rad[rows]
+    )
+    prepared = prepare(replace(session, runs=(holed,))).runs[0]
+    masked = prepared.t_s[~prepared.use[:, 0]]
+    settled_s = 5 * session.robot.servo.time_constant_s
+    assert masked[0] == pytest.approx(3.0)
+    assert masked[masked < 4][-1] == pytest.approx(3.0 + settled_s, abs=0.011)
+    assert masked[masked > 4][[0, -1]] == pytest.approx([4.51, 4.56], abs=0.011)
+
+
 def test_blocks_partition_the_samples_in_use() -> None:
     data = prepare(make_session(bench()))
     blocks = block_map(data)

@@ -21,19 +21,30 @@ from snakebot.diagnosis.trial import Trial
 Floats = NDArray[np.float64]
 
 DRAWS = 1000
+NOT_HELD_OUT = (
+    "only one motion may be fitted, so no run is held out: before and after are of the runs that were fitted"
+)
 NO_GAP = 0.1  # a gap whose mean square above the floor is under this share of the floor's is none
 
 
 def scored_runs(context: Context) -> tuple[int, ...]:
-    """Runs that closure is taken on: those that the user holds out, else all, each predicted from the others."""
+    """Runs that closure is taken on: those that the user holds out, else all, each predicted from the others.
+
+    None where only one motion may be fitted: what is left of it was fitted too.
+    """
     held = tuple(i for i, run in enumerate(context.data.runs) if run.hold_out)
-    return held or tuple(range(len(context.data.runs)))
+    return held or (context.free_runs if context.folds else ())
+
+
+def shown_runs(context: Context) -> tuple[int, ...]:
+    """Runs on which before and after are told: the scored ones, else those that were fitted."""
+    return scored_runs(context) or context.free_runs
 
 
 def angle_closure(context: Context, nominal: Trial, best: Trial) -> AngleClosure:
-    """Closure over all joints of the scored runs."""
+    """Closure over all joints of the scored runs; without those, before and after on the fitted ones, and why."""
     blocks = context.angle_blocks
-    rows = np.isin(blocks.run, scored_runs(context))
+    rows = np.isin(blocks.run, shown_runs(context))
     size = blocks.samples[rows]
     before, after = (blocks.mean_square(context.residuals(trial.readings))[rows] for trial in (nominal, best))
     e2, a2 = _mean(before, size), _mean(after, size)
@@ -44,6 +55,8 @@ def angle_closure(context: Context, nominal: Trial, best: Trial) -> AngleClosure
     closed, interval, reason = None, None, None
     if e2 - bound <= NO_GAP * bound or not gap_of(context, nominal).significant.any():
         reason = "no gap beyond noise and tolerance to close"
+    elif not scored_runs(context):
+        reason = NOT_HELD_OUT
     else:
         closed = (e2 - a2) / (e2 - f2)
         draw = resample(blocks.run[rows], np.random.default_rng(context.seed), DRAWS)
@@ -74,12 +87,14 @@ class Speeds:
 
 
 def forward_speeds(context: Context, best: Trial) -> Speeds | None:
-    """Speeds of the scored runs from whole simulations, set-points to ground; None where none was measured."""
+    """Speeds of the scored (or else fitted) runs from whole simulations, set-points to ground; None where none was
+    measured.
+    """
     data = context.data
     if data.robot.body is None:
         return None
     runs, measured, before, after = [], [], [], []
-    for index in scored_runs(context):
+    for index in shown_runs(context):
         run = data.runs[index]
         span = ground_motion.steady_span(run)
         window = ground_motion.Window(index, *span, run.pose is None)
@@ -119,7 +134,7 @@ def _simulated_speed(
 
 
 def speed_closure(context: Context, speeds: Speeds | None) -> SpeedClosure | None:
-    """Closure of the forward speed, root mean square over runs; None where no speed was measured."""
+    """Closure of the forward speed, root mean square over runs, as of the angles; None where no speed was measured."""
     if speeds is None:
         return None
     before = np.square(speeds.before - speeds.measured)
@@ -136,6 +151,8 @@ def speed_closure(context: Context, speeds: Speeds | None) -> SpeedClosure | Non
     closed, interval, reason = None, None, None
     if e2 <= max(f2, allowed):
         reason = "no gap above what noise and the tolerance of friction and mass allow"
+    elif not scored_runs(context):
+        reason = NOT_HELD_OUT
     else:
         closed = (e2 - a2) / (e2 - f2)
         if before.size >= 3:

@@ -1,11 +1,11 @@
-"""A few held-out stretches for pictures: command, measured, and predicted before and after."""
+"""A few stretches, held out where runs are, for pictures: command, measured, and predicted before and after."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from snakebot.diagnosis.closure import scored_runs
+from snakebot.diagnosis.closure import shown_runs
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.result import Trace
 from snakebot.diagnosis.trial import Trial
@@ -20,7 +20,7 @@ def traces(context: Context, nominal: Trial, best: Trial) -> tuple[Trace, ...]:
     """The runs and joints with the largest gap, one trace a motion."""
     blocks = context.angle_blocks
     size: dict[tuple[int, int], float] = {}
-    for run in scored_runs(context):
+    for run in shown_runs(context):
         for joint in range(context.data.joints):
             rows = (blocks.run == run) & (blocks.joint == joint)
             if rows.any():

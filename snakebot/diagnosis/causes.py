@@ -105,7 +105,9 @@ def _weigh(
         probability=seen if by_chance else round(probability(evidence), 3),
         parameters=_estimates(context, term, theta, errors),
         indistinguishable_from=tuple(name for name in others if name and name != term.effect),
-        closure_alone=_closure_alone(context, found.nominal, single, term),
+        closure_alone=_closure_alone(
+            context, found.nominal, found.predicted if found.untested else single, term
+        ),
         specification=str(term.spec([float(v) for v in theta])),
         evidence={} if by_chance else {name: float(value) for name, value in asdict(evidence).items()},
     )

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.diagnosis.blocks import mean_difference
-from snakebot.diagnosis.candidates import CHANGED
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.merit import CLEAR_SE
+from snakebot.diagnosis.score import CHANGED
 from snakebot.diagnosis.trial import Trial
 
 Floats = NDArray[np.float64]

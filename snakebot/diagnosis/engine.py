@@ -155,6 +155,7 @@ def _by_chance(
     return replace(
         found,
         best=loss,
+        predicted=loss,
         singles=found.singles if stays else (loss, *rivals),
         rivals=(*(found.rivals[i] for i in stays if i < len(found.rivals)), ()),
         path=(found.nominal, base, loss) if stays else (found.nominal, loss),
@@ -173,7 +174,7 @@ def _conclude(
     quick: bool,
     progress: Progress,
 ) -> Diagnosis:
-    nominal, best = found.nominal, found.best
+    nominal, best, predicted = found.nominal, found.best, found.predicted
     gap = gap_of(context, nominal)
     noise = noisy_encoders(context) if _may_be("encoder_noise", only, exclude) else None
     if noise is not None and gap.ground_significant and not gap.significant.any():
@@ -182,7 +183,7 @@ def _conclude(
         warnings.append("the encoders are too noisy to say anything about the motion over ground")
     rest = rest_of(context, nominal, best)
     if not gap.any and not found.by_chance:
-        best = nominal
+        best = predicted = nominal
         rest = rest_of(context, nominal, nominal)
     by_chance = found.by_chance and not gap.significant.any()
     untested = found.untested and bool(best.hypothesis.terms)
@@ -199,11 +200,11 @@ def _conclude(
     if noise is not None:
         causes.append(noise_cause(context, noise))
     progress("closure on held-out runs", 0.9)
-    speeds = forward_speeds(context, best)
+    speeds = forward_speeds(context, predicted)
     steps = _steps(context, found, best)
     closure = Closure(
         held_out_runs=tuple(context.data.runs[i].name for i in scored_runs(context)),
-        joint_angle=angle_closure(context, nominal, best),
+        joint_angle=angle_closure(context, nominal, predicted),
         forward_speed=speed_closure(context, speeds),
         steps=tuple(
             ClosureStep(
@@ -212,7 +213,7 @@ def _conclude(
                 joint_angle_closed=angle_closure(context, nominal, after).closed,
                 forward_speed_closed=speed_closed(context, after),
             )
-            for _, after in steps
+            for after in (predicted if after is best else after for _, after in steps)
         ),
     )
     stage_shares = shares(context, nominal, steps)
@@ -243,9 +244,9 @@ def _conclude(
         details=Details(
             floor_rad=tuple(float(f) for f in context.floor.rad),
             gap_rms_rad=_joint_rms(context, nominal),
-            rest_rms_rad=_joint_rms(context, best),
+            rest_rms_rad=_joint_rms(context, predicted),
             regimes=table,
-            traces=traces(context, nominal, best),
+            traces=traces(context, nominal, predicted),
             known=dict(context.known),
             seed=context.seed,
             fits=fit_entries(context, found),

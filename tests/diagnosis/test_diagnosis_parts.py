@@ -18,6 +18,7 @@ from snakebot.diagnosis.candidates import candidates, usable_effects
 from snakebot.diagnosis.context import make_context
 from snakebot.diagnosis.data import link_is_clean, prepare, spikes
 from snakebot.diagnosis.fit import Problem, minimise, multi_start, refit
+from snakebot.diagnosis.fitting import predicted_readings
 from snakebot.diagnosis.floor import noise_floor
 from snakebot.diagnosis.folds import folds
 from snakebot.diagnosis.gap import gap_of
@@ -26,7 +27,7 @@ from snakebot.diagnosis.probability import Evidence, calibration, probability, s
 from snakebot.diagnosis.reference import limited, play
 from snakebot.diagnosis.regime import sentence
 from snakebot.diagnosis.smoothing import smoothed
-from snakebot.diagnosis.trial import nominal_trial, predicted_readings, run_trial
+from snakebot.diagnosis.trial import nominal_trial, run_trial
 from snakebot.effects import parse_effect, predict
 from snakebot.runlog import Session
 
@@ -173,7 +174,7 @@ def test_a_refit_is_the_minimum_of_what_counts() -> None:
         left = replace(problem, block=np.where(use, problem.block, -1))
         exact = minimise(left, whole[None]).theta[0]
         (near,) = refit(problem, whole, [use])
-        assert near == pytest.approx(exact, abs=0.2 * abs(exact - whole)[0] + 1e-6)
+        assert near.theta == pytest.approx(exact, abs=0.2 * abs(exact - whole)[0] + 1e-6)
 
 
 def test_no_search_begins_where_what_is_fitted_does_nothing() -> None:

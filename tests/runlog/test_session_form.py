@@ -148,6 +148,11 @@ def test_errors_name_file_row_and_column(tmp_path: Path, table: str | bytes, sai
         ("robot: {joints: 1}\nruns: [{file: /etc/hosts.csv}]", "leaves the session's folder"),
         ("robot: {joints: 1}\nruns: [{file: link.csv}]", "leaves the session's folder"),
         ("robot: {joints: 1}\nruns: [{file: run.csv}, {file: run.csv}]", "run.csv stands twice"),
+        ("robot: {joints: 1}\nruns: [{file: run.csv}, {file: ./run.csv}]", "run.csv and ./run.csv are one file"),
+        (
+            "robot: {joints: 1}\nruns: [{file: run.csv}, {file: same.csv, repeat_of: run.csv}]",
+            "run.csv and same.csv are one file",
+        ),
         (
             "robot: {joints: 1}\nruns: [{file: run.csv, repeat_of: other.csv}]",
             "repeat_of 'other.csv' is no other run",
@@ -190,6 +195,7 @@ def test_errors_in_the_yaml_name_the_key(tmp_path: Path, text: str, said: str) -
     folder = session_folder(tmp_path / "s", text=text)
     (tmp_path / "run.csv").write_text(ROWS)
     os.symlink(tmp_path / "run.csv", folder / "link.csv")
+    os.symlink(folder / "run.csv", folder / "same.csv")
     with pytest.raises(BadInputError) as error:
         read_session(folder)
     assert said in str(error.value)

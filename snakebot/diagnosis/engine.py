@@ -84,8 +84,9 @@ def diagnose(
     data = prepare(session)
     warnings += check_data(data)
     context = make_context(data, known, seed)
-    if not context.angle_blocks.count:
-        raise BadInputError("no sample of any run has both a command and a reading: nothing to compare")
+    if not context.selects[: context.angle_blocks.count].any():
+        which = "run that may be fitted" if any(run.hold_out for run in data.runs) else "run"
+        raise BadInputError(f"no sample of any {which} has both a command and a reading: nothing to compare")
     timing = {"prepare": perf_counter() - started}
     mark = perf_counter()
     found = search(

@@ -60,6 +60,20 @@ def test_no_runs_and_short_runs() -> None:
         diagnose(Session(bench(1), (run,)))
 
 
+def test_nothing_is_left_to_fit() -> None:
+    session = make_session(bench(1))
+    held = tuple(replace(run, hold_out=True) for run in session.runs)
+    with pytest.raises(BadInputError, match="every run is marked hold_out: nothing is left to fit"):
+        diagnose(replace(session, runs=held))
+    t = np.arange(5) / 100
+    short = Run("short", t, t[:, None], t[:, None])
+    with pytest.raises(BadInputError, match="every run of at least 8 samples is marked hold_out"):
+        diagnose(replace(session, runs=(*held, short)))
+    unread = replace(session.runs[0], measured_rad=np.nan * session.runs[0].measured_rad)
+    with pytest.raises(BadInputError, match="no sample of any run that may be fitted has both"):
+        diagnose(replace(session, runs=(unread, *held[1:])))
+
+
 def test_one_run_gives_no_confident_verdict() -> None:
     session = make_session(bench(1), ["rate_limit:limit_rad_s=1.3"])
     found = diagnose(replace(session, runs=session.runs[:1]), quick=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,11 +28,23 @@ RANKED = 12
 SEEN = 0.9  # probability of a cause that is seen in the scatter, not weighed against others
 
 
-def joints_of(context: Context, term: Term) -> tuple[int, ...]:
-    """1-based joints that a term acts on; none for the body."""
-    if term.stage == "body":
-        return ()
-    return term.joints if term.joints is not None else tuple(range(1, context.data.joints + 1))
+def joints_of(context: Context, said: Term | Hypothesis) -> tuple[int, ...]:
+    """1-based joints that an effect, or an explanation, acts on and that were read in some run; none for the body."""
+    whole = Hypothesis((said,)) if isinstance(said, Term) else said
+    read = {int(j) + 1 for j in np.unique(context.angle_blocks.joint)}
+    return tuple(j for j in whole.joints(context.data.joints) if j in read)
+
+
+def _named(context: Context, term: Term) -> Term:
+    """A term as it is told: of joints that were never read nothing is claimed."""
+    joints = joints_of(context, term)
+    if (
+        term.joints is not None
+        or not find_effect(term.effect).per_joint
+        or len(joints) == context.data.joints
+    ):
+        return term
+    return replace(term, joints=joints)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +120,7 @@ def _weigh(
         closure_alone=_closure_alone(
             context, found.nominal, found.predicted if found.untested else single, term
         ),
-        specification=str(term.spec([float(v) for v in theta])),
+        specification=str(_named(context, term).spec([float(v) for v in theta])),
         evidence={} if by_chance else {name: float(value) for name, value in asdict(evidence).items()},
     )
     return _Weighed(cause, group, lead(context, best, without).mean)
@@ -204,7 +216,7 @@ def _ranking(
         own = next((p for t, p in zip(group, parts, strict=False) if t is trial), None)
         entries[trial.hypothesis] = RankingEntry(
             effects=trial.hypothesis.names,
-            joints=trial.hypothesis.joints(context.data.joints),
+            joints=joints_of(context, trial.hypothesis),
             held_out_score=round(trial.score(context), 5),
             delta=round(behind.mean, 5),
             delta_se=round(behind.se, 5) if np.isfinite(behind.se) else 0.0,
@@ -226,7 +238,7 @@ def fit_entries(context: Context, found: Found) -> tuple[FitEntry, ...]:
     return tuple(
         FitEntry(
             effects=fit.hypothesis.names,
-            joints=fit.hypothesis.joints(context.data.joints),
+            joints=joints_of(context, fit.hypothesis),
             parameters=fit.theta.size,
             cost=round(float(-(context.score(fit.fitted_square)[use] * samples).sum()), 3),
             samples=int(samples.sum()),

@@ -178,8 +178,10 @@ def spikes(measured_rad: Floats, least_rad: float) -> Bools:
     before, here, after = measured_rad[:-2], measured_rad[1:-1], measured_rad[2:]
     off = here - 0.5 * (before + after)
     apart = np.abs(after - before)
+    scale = np.zeros(off.shape[1])
+    read = np.isfinite(off).any(axis=0)
+    scale[read] = 1.4826 * np.nanmedian(np.abs(off[:, read]), axis=0)
     with np.errstate(invalid="ignore"):
-        scale = 1.4826 * np.nanmedian(np.abs(off), axis=0) if np.isfinite(off).any() else 0.0
         bad[1:-1] = (np.abs(off) > np.maximum(SPIKE_MAD * scale, least_rad)) & (np.abs(off) > 2 * apart)
     return bad
 

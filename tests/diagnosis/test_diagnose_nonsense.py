@@ -51,6 +51,21 @@ def test_no_readings() -> None:
         diagnose(changed(make_session(bench()), measured_rad=lambda m: np.nan * m))
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("effect", ["servo_lag:time_constant_s=0.09", "command_delay:delay_s=0.06"])
+def test_nothing_is_said_of_a_joint_that_was_never_read(effect: str) -> None:
+    session = make_session(bench(3), [effect])
+    blind = changed(session, measured_rad=lambda m: np.where(np.arange(3) == 1, np.nan, m))
+    found = diagnose(blind, quick=True, only=["servo_lag", "command_delay"])
+    (cause,) = found.causes
+    assert cause.effect == effect.split(":")[0]
+    assert cause.joints == (1, 3)
+    assert found.where.joints == (1, 3)
+    assert cause.effect == "command_delay" or cause.specification.endswith("joints=1+3")
+    assert all(2 not in entry.joints for entry in found.ranking)
+    assert any("joint 2: no reading in any run" in warning for warning in found.warnings)
+
+
 def test_no_runs_and_short_runs() -> None:
     with pytest.raises(BadInputError, match="no runs"):
         diagnose(Session(bench(1), ()))

@@ -148,7 +148,10 @@ def test_errors_name_file_row_and_column(tmp_path: Path, table: str | bytes, sai
         ("robot: {joints: 1}\nruns: [{file: /etc/hosts.csv}]", "leaves the session's folder"),
         ("robot: {joints: 1}\nruns: [{file: link.csv}]", "leaves the session's folder"),
         ("robot: {joints: 1}\nruns: [{file: run.csv}, {file: run.csv}]", "run.csv stands twice"),
-        ("robot: {joints: 1}\nruns: [{file: run.csv}, {file: ./run.csv}]", "run.csv and ./run.csv are one file"),
+        (
+            "robot: {joints: 1}\nruns: [{file: run.csv}, {file: ./run.csv}]",
+            "run.csv and ./run.csv are one file",
+        ),
         (
             "robot: {joints: 1}\nruns: [{file: run.csv}, {file: same.csv, repeat_of: run.csv}]",
             "run.csv and same.csv are one file",

@@ -84,6 +84,15 @@ runs:
             "t_s,cmd_1_rad,enc_1_rad\n0,0,0\n0.1,0,1_0\n",
             "run.csv: row 3, column enc_1_rad: not a number: '1_0'",
         ),
+        (
+            "t_s,cmd_1_rad,enc_1_rad\n0,\u0661,0\n",
+            "run.csv: row 2, column cmd_1_rad: not a number: '\u0661'",
+        ),
+        (
+            "t_s,cmd_1_rad,enc_1_rad\r0,0,0\r1,0,0\r",
+            "run.csv: row 1: lines end in CR alone; save the table with",
+        ),
+        ("t_s,cmd_1_rad,enc_1_rad\r" + "0,0,0\r" * 20_000, "run.csv: row 1: lines end in CR alone"),
         ("t_s,cmd_1_rad,enc_1_rad\n0,0,inf\n", "run.csv: row 2, column enc_1_rad: not a number: 'inf'"),
         ("t_s,cmd_1_rad,enc_1_rad\n0,1e999,0\n", "run.csv: row 2, column cmd_1_rad: not a number: '1e999'"),
         (

@@ -104,7 +104,7 @@ def forward_speeds(context: Context, best: Trial) -> Speeds | None:
             speed = ground_motion.window_features(run.t_s, run.pose, window)[0]
         else:
             continue
-        if not np.isfinite(speed):
+        if not np.isfinite(speed) or ground_motion.broken(run, *span):
             continue
         specs = best.hypothesis.specs(best.run_theta[index])
         runs.append(index)

@@ -186,13 +186,22 @@ def spikes(measured_rad: Floats, least_rad: float) -> Bools:
     return bad
 
 
-def _after_holes(t_s: Floats, time_constant_s: float) -> Bools:
-    """(N,) samples that come so soon after a stretch that the log lacks that the servo still shows it; ``t_s`` (N,)."""
+def holes(t_s: Floats, least_s: float = 0.0) -> NDArray[np.int64]:
+    """The last samples before stretches, longer than ``least_s``, that a log lacks; ``t_s`` (N,)."""
     steps = np.diff(t_s)
-    usual = float(np.quantile(steps, USUAL))
-    hole = steps > HOLE * usual
+    return np.flatnonzero(steps > max(HOLE * _usual_step_s(t_s), least_s))
+
+
+def _usual_step_s(t_s: Floats) -> float:
+    return float(np.quantile(np.diff(t_s), USUAL))
+
+
+def _after_holes(t_s: Floats, time_constant_s: float) -> Bools:
+    """(N,) samples that come so soon after a hole in the log that the servo still shows it; ``t_s`` (N,)."""
+    before = holes(t_s)
+    lacking = t_s[before + 1] - t_s[before] - _usual_step_s(t_s)
     until = np.full(t_s.size, -np.inf)
-    until[1:][hole] = t_s[1:][hole] + SETTLED * np.minimum(steps[hole] - usual, time_constant_s)
+    until[before + 1] = t_s[before + 1] + SETTLED * np.minimum(lacking, time_constant_s)
     return np.asarray(t_s <= np.maximum.accumulate(until))
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sessions import bench, make_session
+from sessions import bench, make_session, snake
 
 from snakebot.diagnosis import diagnose
 from snakebot.errors import BadInputError
@@ -138,7 +138,8 @@ def thinned(session: Session, keep: Callable[[Run], np.ndarray]) -> Session:
     runs = []
     for run in session.runs:
         rows = keep(run)
-        parts = {name: getattr(run, name)[rows] for name in ("t_s", "command_rad", "measured_rad")}
+        names = ("t_s", "command_rad", "measured_rad", *(() if run.pose is None else ("pose",)))
+        parts = {name: getattr(run, name)[rows] for name in names}
         runs.append(replace(run, **parts))
     return replace(session, runs=tuple(runs))
 
@@ -158,6 +159,17 @@ def test_rows_lost_here_and_there_are_no_gap() -> None:
     found = diagnose(lossy, quick=True)
     assert found.verdict == "no_gap"
     assert found.causes == ()
+
+
+def test_a_body_is_no_other_for_a_hole_in_its_log() -> None:
+    session = make_session(snake(), pose=True, duration_s=9.0)
+
+    def hole(run: Run) -> np.ndarray:
+        return (run.t_s < 3.0) | (run.t_s > 4.0)
+
+    assert diagnose(thinned(session, hole), quick=True).verdict == "no_gap"
+    rng = np.random.default_rng(5)
+    assert diagnose(thinned(session, lambda run: rng.random(len(run)) < 0.9), quick=True).verdict == "no_gap"
 
 
 def test_times_stamped_unevenly_are_no_lost_set_points() -> None:

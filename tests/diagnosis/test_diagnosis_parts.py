@@ -258,6 +258,14 @@ def test_smoothing_keeps_motion_and_takes_noise() -> None:
     assert smoothed(t, wave) == pytest.approx(wave, abs=2e-3)
 
 
+def test_smoothing_goes_by_time_where_rows_are_missing() -> None:
+    t = np.arange(1000) / 100
+    kept = np.random.default_rng(1).random(t.size) < 0.8
+    kept[[0, -1]] = True
+    wave = np.sin(3 * t)[:, None]
+    assert smoothed(t[kept], wave[kept]) == pytest.approx(wave[kept], abs=2e-3)
+
+
 def test_probabilities_rise_with_the_lead_and_fall_with_the_rest() -> None:
     poor = Evidence(lead=3.0, rest=500.0, closed=0.98, rivals=0, motions=4, explained=True)
     assert probability(poor) <= 0.6  # so much left over: not the whole story

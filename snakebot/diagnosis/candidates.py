@@ -14,6 +14,7 @@ from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.data import link_is_clean
 from snakebot.diagnosis.gap import beyond, gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis, Term, fixed_by
+from snakebot.diagnosis.score import CHANGED
 from snakebot.diagnosis.trial import Trial, each_joint
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects, find_effect
@@ -22,7 +23,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Fixed = tuple[tuple[str, float | tuple[float, ...]], ...]
 
-CHANGED = 0.1  # of what a block is allowed, by which its mean square must differ to count
 HELPS_SE = 2.5  # an effect helps on a joint when its gain there is this many standard errors
 HELPS_SCORE = 0.03  # ... and at least this much (0.05: a tenth of the mean square)
 HELPS_SHARE = 0.2  # ... and at least this share of what it does for the joint it helps most

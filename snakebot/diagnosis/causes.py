@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from snakebot.diagnosis.groups import degenerate, indistinguishable
 from snakebot.diagnosis.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.merit import lead, touched
 from snakebot.diagnosis.noise import Noise
-from snakebot.diagnosis.probability import Evidence, probability, shared
+from snakebot.diagnosis.probability import ONE_MOTION_AT_MOST, Evidence, probability, shared
 from snakebot.diagnosis.result import Cause, Estimate, FitEntry, RankingEntry
 from snakebot.diagnosis.search import Found, without_term
 from snakebot.diagnosis.trial import Trial, run_trial
@@ -28,11 +28,23 @@ RANKED = 12
 SEEN = 0.9  # probability of a cause that is seen in the scatter, not weighed against others
 
 
-def joints_of(context: Context, term: Term) -> tuple[int, ...]:
-    """1-based joints that a term acts on; none for the body."""
-    if term.stage == "body":
-        return ()
-    return term.joints if term.joints is not None else tuple(range(1, context.data.joints + 1))
+def joints_of(context: Context, said: Term | Hypothesis) -> tuple[int, ...]:
+    """1-based joints that an effect, or an explanation, acts on and that were read in some run; none for the body."""
+    whole = Hypothesis((said,)) if isinstance(said, Term) else said
+    read = {int(j) + 1 for j in np.unique(context.angle_blocks.joint)}
+    return tuple(j for j in whole.joints(context.data.joints) if j in read)
+
+
+def _named(context: Context, term: Term) -> Term:
+    """A term as it is told: of joints that were never read nothing is claimed."""
+    joints = joints_of(context, term)
+    if (
+        term.joints is not None
+        or not find_effect(term.effect).per_joint
+        or len(joints) == context.data.joints
+    ):
+        return term
+    return replace(term, joints=joints)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,16 +108,19 @@ def _weigh(
         motions=1 if found.untested else len(context.data.motions),
         explained=explained,
     )
+    seen = SEEN if evidence.motions > 1 else ONE_MOTION_AT_MOST
     others = dict.fromkeys(t.hypothesis.terms[-1].effect if t.hypothesis.terms else "" for t in group)
     cause = Cause(
         effect=term.effect,
         joints=joints_of(context, term),
         stage=term.stage,
-        probability=SEEN if by_chance else round(probability(evidence), 3),
+        probability=seen if by_chance else round(probability(evidence), 3),
         parameters=_estimates(context, term, theta, errors),
         indistinguishable_from=tuple(name for name in others if name and name != term.effect),
-        closure_alone=_closure_alone(context, found.nominal, single, term),
-        specification=str(term.spec([float(v) for v in theta])),
+        closure_alone=_closure_alone(
+            context, found.nominal, found.predicted if found.untested else single, term
+        ),
+        specification=str(_named(context, term).spec([float(v) for v in theta])),
         evidence={} if by_chance else {name: float(value) for name, value in asdict(evidence).items()},
     )
     return _Weighed(cause, group, lead(context, best, without).mean)
@@ -201,7 +216,7 @@ def _ranking(
         own = next((p for t, p in zip(group, parts, strict=False) if t is trial), None)
         entries[trial.hypothesis] = RankingEntry(
             effects=trial.hypothesis.names,
-            joints=trial.hypothesis.joints(context.data.joints),
+            joints=joints_of(context, trial.hypothesis),
             held_out_score=round(trial.score(context), 5),
             delta=round(behind.mean, 5),
             delta_se=round(behind.se, 5) if np.isfinite(behind.se) else 0.0,
@@ -223,7 +238,7 @@ def fit_entries(context: Context, found: Found) -> tuple[FitEntry, ...]:
     return tuple(
         FitEntry(
             effects=fit.hypothesis.names,
-            joints=fit.hypothesis.joints(context.data.joints),
+            joints=joints_of(context, fit.hypothesis),
             parameters=fit.theta.size,
             cost=round(float(-(context.score(fit.fitted_square)[use] * samples).sum()), 3),
             samples=int(samples.sum()),

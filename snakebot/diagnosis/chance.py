@@ -3,6 +3,7 @@
 A set-point that is lost leaves every joint behind by its own rate times the same short time. So the residuals are taken
 apart into that common delay and the rest: where the common delay explains most of them, and what it was a third of a
 second ago says nothing about now, set-points get lost (or come at random times, which a robot feels no differently).
+A log that lacks rows, or was stamped unevenly, shakes alike but delays nothing: so the mean must show the loss as well.
 """
 
 from __future__ import annotations
@@ -12,7 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from snakebot.diagnosis.blocks import mean_difference
 from snakebot.diagnosis.context import Context
+from snakebot.diagnosis.merit import CLEAR_SE
+from snakebot.diagnosis.score import CHANGED
 from snakebot.diagnosis.trial import Trial
 
 Floats = NDArray[np.float64]
@@ -40,6 +44,23 @@ def unsteady(context: Context) -> bool:
     """Whether repeats of a motion differ by more than the noise of their readings."""
     floor = context.floor
     return floor.known and bool(np.nanmax(floor.repeat_rad / floor.white_rad) > UNSTEADY)
+
+
+def earned(context: Context, loss: Trial, base: Trial) -> bool:
+    """Whether lost set-points predict held-out angles clearly better than ``base``, without them, does.
+
+    Neither is helped by a shift in time here: what comes at random is no wire that is a little slower. And a gap need
+    not stand above the floor, which repeats that differ by chance have raised. How much they gain does not count:
+    most of what they do is scatter.
+    """
+    blocks = context.angle_blocks
+    with_loss, without = (blocks.mean_square(context.residuals(t.readings)) for t in (loss, base))
+    allowed, free = context.scale.square, context.selects[: blocks.count]
+    rows = free & (np.abs(with_loss - without) > CHANGED * allowed)
+    if not rows.any():
+        return False
+    gain = 0.5 * (np.log1p(without / allowed) - np.log1p(with_loss / allowed))
+    return mean_difference(gain[rows], blocks.run[rows]).z > CLEAR_SE
 
 
 def random_delay(context: Context, trial: Trial) -> RandomDelay:

@@ -21,13 +21,16 @@ from snakebot.diagnosis.trial import Trial
 Floats = NDArray[np.float64]
 
 DRAWS = 1000
+NOT_HELD_OUT = (
+    "only one motion may be fitted, so no run is held out: before and after are of the runs that were fitted"
+)
 NO_GAP = 0.1  # a gap whose mean square above the floor is under this share of the floor's is none
 
 
 def angle_closure(context: Context, nominal: Trial, best: Trial) -> AngleClosure:
-    """Closure over all joints of the scored runs."""
+    """Closure over all joints of the scored runs; without those, before and after on the fitted ones, and why."""
     blocks = context.angle_blocks
-    rows = np.isin(blocks.run, context.scored_runs)
+    rows = np.isin(blocks.run, context.shown_runs)
     size = blocks.samples[rows]
     before, after = (blocks.mean_square(context.residuals(trial.readings))[rows] for trial in (nominal, best))
     e2, a2 = _mean(before, size), _mean(after, size)
@@ -36,11 +39,13 @@ def angle_closure(context: Context, nominal: Trial, best: Trial) -> AngleClosure
     f2 = _mean(np.square(floor.rad)[joint], size) if floor.known else 0.0
     bound = f2 if floor.known else _mean(np.square(floor.white_rad)[joint], size)
     closed, interval, reason = None, None, None
-    significant = gap_of(context, nominal).significant | gap_of(context, nominal, context.scored).significant
+    significant = gap_of(context, nominal).significant | gap_of(context, nominal, context.shown).significant
     if e2 - bound <= NO_GAP * bound or not significant.any():
         reason = "no gap beyond noise and tolerance to close"
         if floor.doubts:
             reason = "runs of the same motion are as far apart as they are off their prediction"
+    elif not context.scored_runs:
+        reason = NOT_HELD_OUT
     else:
         closed = (e2 - a2) / (e2 - f2)
         draw = resample(blocks.run[rows], np.random.default_rng(context.seed), DRAWS)
@@ -71,12 +76,14 @@ class Speeds:
 
 
 def forward_speeds(context: Context, best: Trial) -> Speeds | None:
-    """Speeds of the scored runs from whole simulations, set-points to ground; None where none was measured."""
+    """Speeds of the scored (or else fitted) runs from whole simulations, set-points to ground; None where none was
+    measured.
+    """
     data = context.data
     if data.robot.body is None:
         return None
     runs, measured, before, after = [], [], [], []
-    for index in context.scored_runs:
+    for index in context.shown_runs:
         run = data.runs[index]
         span = ground_motion.steady_span(run)
         window = ground_motion.Window(index, *span, run.pose is None)
@@ -86,7 +93,7 @@ def forward_speeds(context: Context, best: Trial) -> Speeds | None:
             speed = ground_motion.window_features(run.t_s, run.pose, window)[0]
         else:
             continue
-        if not np.isfinite(speed):
+        if not np.isfinite(speed) or ground_motion.broken(run, *span):
             continue
         specs = best.hypothesis.specs(best.run_theta[index])
         runs.append(index)
@@ -116,7 +123,7 @@ def _simulated_speed(
 
 
 def speed_closure(context: Context, speeds: Speeds | None) -> SpeedClosure | None:
-    """Closure of the forward speed, root mean square over runs; None where no speed was measured."""
+    """Closure of the forward speed, root mean square over runs, as of the angles; None where no speed was measured."""
     if speeds is None:
         return None
     before = np.square(speeds.before - speeds.measured)
@@ -133,6 +140,8 @@ def speed_closure(context: Context, speeds: Speeds | None) -> SpeedClosure | Non
     closed, interval, reason = None, None, None
     if e2 <= max(f2, allowed):
         reason = "no gap above what noise and the tolerance of friction and mass allow"
+    elif not context.scored_runs:
+        reason = NOT_HELD_OUT
     else:
         closed = (e2 - a2) / (e2 - f2)
         if before.size >= 3:

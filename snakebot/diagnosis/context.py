@@ -97,15 +97,24 @@ class Context:
         return np.asarray(~held[self.block_run])
 
     @property
-    def scored_runs(self) -> tuple[int, ...]:
-        """Runs that closure is taken on: those that the user holds out, else all, each predicted from the others."""
+    def shown_runs(self) -> tuple[int, ...]:
+        """Runs on which before and after are told: those that the user holds out, else all."""
         held = tuple(i for i, run in enumerate(self.data.runs) if run.hold_out)
         return held or tuple(range(len(self.data.runs)))
 
     @property
-    def scored(self) -> Bools:
-        """(B,) blocks of the scored runs."""
-        return np.isin(self.block_run, self.scored_runs)
+    def scored_runs(self) -> tuple[int, ...]:
+        """Runs that closure is taken on: those shown that no parameter was fitted to, each predicted from the others.
+
+        None where only one motion may be fitted: what is left of it was fitted too.
+        """
+        held = any(run.hold_out for run in self.data.runs)
+        return self.shown_runs if held or self.folds else ()
+
+    @property
+    def shown(self) -> Bools:
+        """(B,) blocks of the shown runs."""
+        return np.isin(self.block_run, self.shown_runs)
 
     @property
     def free_runs(self) -> tuple[int, ...]:

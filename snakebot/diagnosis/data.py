@@ -27,6 +27,9 @@ SPIKE_COUNTS = 6.0  # ... and at least this many encoder counts
 SAME_MOTION = 0.01  # commands closer than this share of their amplitude are the same motion
 MOST_OF_IT = 0.95  # ... in this share of the samples: the edge of a step may come a tick late
 WAKE_UP_S = 0.05  # after a servo comes back its state is not known for this long
+HOLE = 1.5  # a step in time this many times the usual one is a hole: nobody knows what was commanded in it
+USUAL = 0.8  # of the steps are usual, however unevenly a log was sampled
+SETTLED = 5.0  # time constants after which a servo has forgotten where it was; or the hole's lengths, if it is short
 BLOCK_S = 1.0
 SAME_SETPOINT_RAD = 2e-3
 CLEAN = 0.99  # of the samples must be applied as commanded, for the link to be beyond suspicion
@@ -100,20 +103,21 @@ def prepare(session: Session) -> Data:
     for run, motion in zip(session.runs, motions, strict=True):
         if len(run) < MIN_SAMPLES:
             continue
-        prepared, bad = _prepare_run(run, motion, session.robot.rad_per_count)
+        prepared, bad = _prepare_run(run, motion, session.robot)
         runs.append(prepared)
         spikes += bad
     return Data(session.robot, tuple(runs), spikes)
 
 
-def _prepare_run(run: Run, motion: int, rad_per_count: float) -> tuple[PreparedRun, int]:
+def _prepare_run(run: Run, motion: int, robot: Robot) -> tuple[PreparedRun, int]:
     t = run.t_s - run.t_s[0]
     measured = run.measured_rad.copy()
-    bad = spikes(measured, SPIKE_COUNTS * rad_per_count)
+    bad = spikes(measured, SPIKE_COUNTS * robot.rad_per_count)
     measured[bad] = np.nan
     powered = np.isfinite(run.command_rad)
     use = np.isfinite(measured) & powered
     use &= ~_within_after(~powered, t, WAKE_UP_S)
+    use &= ~_after_holes(t, robot.servo.time_constant_s)[:, None]
     lifted = run.metadata.get("lifted") is True
     pose = None
     if not lifted and run.pose is not None and np.isfinite(run.pose).any():
@@ -185,10 +189,31 @@ def spikes(measured_rad: Floats, least_rad: float) -> Bools:
     before, here, after = measured_rad[:-2], measured_rad[1:-1], measured_rad[2:]
     off = here - 0.5 * (before + after)
     apart = np.abs(after - before)
+    scale = np.zeros(off.shape[1])
+    read = np.isfinite(off).any(axis=0)
+    scale[read] = 1.4826 * np.nanmedian(np.abs(off[:, read]), axis=0)
     with np.errstate(invalid="ignore"):
-        scale = 1.4826 * np.nanmedian(np.abs(off), axis=0) if np.isfinite(off).any() else 0.0
         bad[1:-1] = (np.abs(off) > np.maximum(SPIKE_MAD * scale, least_rad)) & (np.abs(off) > 2 * apart)
     return bad
+
+
+def holes(t_s: Floats, least_s: float = 0.0) -> NDArray[np.int64]:
+    """The last samples before stretches, longer than ``least_s``, that a log lacks; ``t_s`` (N,)."""
+    steps = np.diff(t_s)
+    return np.flatnonzero(steps > max(HOLE * _usual_step_s(t_s), least_s))
+
+
+def _usual_step_s(t_s: Floats) -> float:
+    return float(np.quantile(np.diff(t_s), USUAL))
+
+
+def _after_holes(t_s: Floats, time_constant_s: float) -> Bools:
+    """(N,) samples that come so soon after a hole in the log that the servo still shows it; ``t_s`` (N,)."""
+    before = holes(t_s)
+    lacking = t_s[before + 1] - t_s[before] - _usual_step_s(t_s)
+    until = np.full(t_s.size, -np.inf)
+    until[before + 1] = t_s[before + 1] + SETTLED * np.minimum(lacking, time_constant_s)
+    return np.asarray(t_s <= np.maximum.accumulate(until))
 
 
 def _within_after(flag: Bools, t_s: Floats, span_s: float) -> Bools:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.diagnosis.causes import fit_entries, joints_of, noise_cause, speed_closed, weigh_causes
-from snakebot.diagnosis.chance import random_delay, unsteady
+from snakebot.diagnosis.chance import earned, random_delay, unsteady
 from snakebot.diagnosis.closure import angle_closure, forward_speeds, speed_closure
 from snakebot.diagnosis.context import Context, make_context
 from snakebot.diagnosis.data import link_is_clean, prepare
@@ -38,7 +38,7 @@ from snakebot.diagnosis.slow_logs import less_sure, less_sure_ranking, slow_warn
 from snakebot.diagnosis.ticks import is_slow
 from snakebot.diagnosis.traces import traces
 from snakebot.diagnosis.trial import Trial, run_trial
-from snakebot.diagnosis.uncertainty import standard_errors
+from snakebot.diagnosis.uncertainty import interval, standard_errors
 from snakebot.diagnosis.verdict import Rest, decide, held_out_rest, rest_of, runs_with_gap
 from snakebot.effects.registry import effects, find_effect
 from snakebot.errors import BadInputError
@@ -86,8 +86,9 @@ def diagnose(
     data = prepare(session)
     warnings += check_data(data)
     context = make_context(data, known, seed)
-    if not context.angle_blocks.count:
-        raise BadInputError("no sample of any run has both a command and a reading: nothing to compare")
+    if not context.selects[: context.angle_blocks.count].any():
+        which = "run that may be fitted" if any(run.hold_out for run in data.runs) else "run"
+        raise BadInputError(f"no sample of any {which} has both a command and a reading: nothing to compare")
     guessed = with_ticks(context)
     if guessed is not None:
         context = make_context(guessed, known, seed)
@@ -99,7 +100,7 @@ def diagnose(
     found = search(
         context, only=only, exclude=exclude, quick=quick, progress=lambda t, s: progress(t, 0.05 + 0.7 * s)
     )
-    found = _by_chance(context, found, only, exclude)
+    found = _by_chance(context, found, only, exclude, quick)
     timing["search"] = perf_counter() - mark
     mark = perf_counter()
     progress("what is left over", 0.78)
@@ -129,8 +130,10 @@ def _check_options(exclude: Sequence[str], only: Sequence[str], known: Mapping[s
                     )
 
 
-def _by_chance(context: Context, found: Found, only: Sequence[str], exclude: Sequence[str]) -> Found:
-    """Lost set-points in the place of a delay, where what is left over shows them.
+def _by_chance(
+    context: Context, found: Found, only: Sequence[str], exclude: Sequence[str], quick: bool
+) -> Found:
+    """Lost set-points in the place of a delay, where what is left over shows them and they earn their place.
 
     They shake the body between the samples, which no replay of samples sees: an effect of the body goes with the delay.
     """
@@ -152,13 +155,19 @@ def _by_chance(context: Context, found: Found, only: Sequence[str], exclude: Seq
     theta = np.concatenate([np.zeros(0), *(parts[i] for i in stays)])
     starts = [np.append(theta, p) for p in (0.1, 0.3, 0.6)]
     loss = run_trial(context, kept.plus(Term(name, None)), starts)
+    base = run_trial(context, kept, [theta]) if stays else found.nominal
+    error = standard_errors(context, loss, tolerances=not quick)[-1]
+    ends = interval(loss.hypothesis.parameters[-1], float(loss.theta[-1]), float(error))
+    if ends is None or ends[0] <= 0 or not earned(context, loss, base):
+        return found
     rivals = tuple(t for t in found.singles if t.hypothesis.names != (name,))
     return replace(
         found,
         best=loss,
+        predicted=loss,
         singles=found.singles if stays else (loss, *rivals),
         rivals=(*(found.rivals[i] for i in stays if i < len(found.rivals)), ()),
-        path=(found.nominal, run_trial(context, kept, [theta]), loss) if stays else (found.nominal, loss),
+        path=(found.nominal, base, loss) if stays else (found.nominal, loss),
         without=(),
         untested=False,
         by_chance=True,
@@ -174,7 +183,7 @@ def _conclude(
     quick: bool,
     progress: Progress,
 ) -> Diagnosis:
-    nominal, best = found.nominal, found.best
+    nominal, best, predicted = found.nominal, found.best, found.predicted
     gap = gap_of(context, nominal)
     noise = noisy_encoders(context) if _may_be("encoder_noise", only, exclude) else None
     if noise is not None and gap.ground_significant and not gap.significant.any():
@@ -183,7 +192,7 @@ def _conclude(
         warnings.append("the encoders are too noisy to say anything about the motion over ground")
     rest = rest_of(context, nominal, best)
     if not gap.any and not found.by_chance:
-        best = nominal
+        best = predicted = nominal
         rest = rest_of(context, nominal, nominal)
     by_chance = found.by_chance and not gap.significant.any()
     untested = found.untested and bool(best.hypothesis.terms)
@@ -220,11 +229,11 @@ def _conclude(
     if noise is not None:
         causes.append(noise_cause(context, noise))
     progress("closure on held-out runs", 0.9)
-    speeds = forward_speeds(context, best)
+    speeds = forward_speeds(context, predicted)
     steps = _steps(context, found, best)
     closure = Closure(
         held_out_runs=tuple(context.data.runs[i].name for i in context.scored_runs),
-        joint_angle=angle_closure(context, nominal, best),
+        joint_angle=angle_closure(context, nominal, predicted),
         forward_speed=speed_closure(context, speeds),
         steps=tuple(
             ClosureStep(
@@ -233,7 +242,7 @@ def _conclude(
                 joint_angle_closed=angle_closure(context, nominal, after).closed,
                 forward_speed_closed=speed_closed(context, after),
             )
-            for _, after in steps
+            for after in (predicted if after is best else after for _, after in steps)
         ),
     )
     stage_shares = shares(context, gap, nominal, steps)
@@ -263,9 +272,9 @@ def _conclude(
         details=Details(
             floor_rad=tuple(float(f) for f in context.floor.rad),
             gap_rms_rad=_joint_rms(context, nominal),
-            rest_rms_rad=_joint_rms(context, best),
+            rest_rms_rad=_joint_rms(context, predicted),
             regimes=table,
-            traces=traces(context, nominal, best),
+            traces=traces(context, nominal, predicted),
             known=dict(context.known),
             seed=context.seed,
             fits=fit_entries(context, found),

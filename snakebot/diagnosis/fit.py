@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,13 +59,22 @@ class Fit:
         cost: (U,) sum over blocks of samples x 1/2 log(1 + mean square / allowed).
         residual: (N, U') at ``theta``.
         covariance: (U, p, p) of ``theta``, robust to correlation within blocks.
+        told: (U, p) what the residuals said of each parameter where the search began, see ``_told``.
     """
 
     theta: Floats
     cost: Floats
     residual: Floats
     covariance: Floats
+    told: Floats
     evaluations: int
+
+
+class Refit(NamedTuple):
+    """A minimum near another: ``theta`` (p,), and what the residuals that count ``told`` (p,) of each parameter."""
+
+    theta: Floats
+    told: Floats
 
 
 class _Weights:
@@ -115,10 +125,13 @@ def minimise(problem: Problem, start: Floats, most_steps: int = 25, *, covarianc
     damping = np.full(units, 1e-3)
     active = np.ones(units, dtype=bool)
     jacobian, stale = np.zeros((0, *residual.shape)), True
-    for _ in range(most_steps):
+    told = np.full((units, p), np.nan)
+    for turn in range(most_steps):
         if stale:
             jacobian, stale = _jacobian(problem, z, residual, span), False
             evaluations += p
+        if turn == 0:
+            told = _told(problem, jacobian, weight)
         step, promise = np.zeros_like(z), np.zeros(units)
         for u in np.flatnonzero(active):
             columns = problem.unit == u
@@ -158,7 +171,7 @@ def minimise(problem: Problem, start: Floats, most_steps: int = 25, *, covarianc
             )
         scale = np.where(problem.logarithmic, theta, 1.0)
         spread *= scale[:, :, None] * scale[:, None, :]
-    return Fit(theta, cost, residual, spread, evaluations)
+    return Fit(theta, cost, residual, spread, told, evaluations)
 
 
 def multi_start(
@@ -194,8 +207,8 @@ def multi_start(
     return minimise(problem, best.theta, 1, covariance=True) if covariance else best
 
 
-def refit(problem: Problem, theta: Floats, uses: Sequence[NDArray[np.bool_]]) -> list[Floats]:
-    """Minima (p,) near ``theta`` (p,) of one unit's cost where only some residuals count, one for each of ``uses``
+def refit(problem: Problem, theta: Floats, uses: Sequence[NDArray[np.bool_]]) -> list[Refit]:
+    """Minima near ``theta`` (p,) of one unit's cost where only some residuals count, one for each of ``uses``
     (N, U'): one Gauss-Newton step each, from one simulation and one Jacobian that all share.
     """
     low, high = to_scale(problem.lower, problem), to_scale(problem.upper, problem)
@@ -203,17 +216,25 @@ def refit(problem: Problem, theta: Floats, uses: Sequence[NDArray[np.bool_]]) ->
     residual = problem.residual(from_scale(z, problem))
     _, weight = _Weights(problem).cost(residual)
     jacobian = _jacobian(problem, z, residual, high - low)
-    return [
-        from_scale(
-            np.clip(
-                z[0] + _step(jacobian, residual, np.where(use, weight, 0.0), 1e-3, z[0], low, high)[0],
-                low,
-                high,
-            ),
-            problem,
-        )
-        for use in uses
-    ]
+    out = []
+    for use in uses:
+        counted = np.where(use, weight, 0.0)
+        step, _ = _step(jacobian, residual, counted, 1e-3, z[0], low, high)
+        there = from_scale(np.clip(z[0] + step, low, high), problem)
+        out.append(Refit(there, _told(problem, jacobian, counted)[0]))
+    return out
+
+
+def _told(problem: Problem, jacobian: Floats, weight: Floats) -> Floats:
+    """(U, p) curvature of the cost along each parameter on the fitted scale, every block counted as one sample.
+
+    One over the variance that a parameter would have left, roughly: what it does not move at all tells nothing of it.
+    """
+    size = np.bincount(problem.block[problem.block >= 0], minlength=problem.allowed_square.size)
+    each = weight / np.maximum(size, 1)[np.maximum(problem.block, 0)]
+    out = np.zeros((int(problem.unit.max()) + 1 if problem.unit.size else 0, jacobian.shape[0]))
+    np.add.at(out, problem.unit, np.einsum("inu,nu->ui", np.square(jacobian), each))
+    return out
 
 
 def _asleep(problem: Problem, residual: Floats, units: int) -> NDArray[np.bool_]:
@@ -246,6 +267,7 @@ def _better(a: Fit, b: Fit, problem: Problem) -> Fit:
         np.where(wins, b.cost, a.cost),
         np.where(wins[problem.unit], b.residual, a.residual),
         np.where(wins[:, None, None], b.covariance, a.covariance),
+        np.where(wins[:, None], b.told, a.told),
         a.evaluations + b.evaluations,
     )
 

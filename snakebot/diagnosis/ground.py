@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.diagnosis.allowance import FRICTION_TOLERANCE, MASS_TOLERANCE
-from snakebot.diagnosis.data import Data, PreparedRun
+from snakebot.diagnosis.data import Data, PreparedRun, holes
 from snakebot.diagnosis.smoothing import smoothed
 
 if TYPE_CHECKING:
@@ -32,18 +32,21 @@ SPEED_ACCURACY = 0.005  # of the speed itself
 MAX_STEP_S = 5e-3
 QUARTERS, SHORTEST_S = 4, 0.25  # windows a cycle, and the length below which the pose's noise rules
 POSE_SMOOTH_S = 0.2
+HOLE_S = 0.1  # without a row, above which the joints' way is not known well enough for a replay
+REGAINED_S = 1.0  # after it, for the simulated body to have regained the pace of the real one
 
 FORWARD, LATERAL, TURN = 0, 1, 2
 
 
 @dataclass(frozen=True, eq=False)
 class Window:
-    """A stretch of a run over which a velocity is taken."""
+    """A stretch of a run over which a velocity is taken; ``place`` is its number there."""
 
     run: int
     start_s: float
     end_s: float
     speed_only: bool
+    place: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +87,7 @@ def measured_ground(data: Data, like: Set[tuple[int, int]]) -> Ground | None:
         return None
     windows: list[Window] = []
     for index, run in enumerate(data.runs):
-        windows += _windows(index, run)
+        windows += [w for w in _windows(index, run) if not broken(run, w.start_s, w.end_s)]
     poses = {
         index: smoothed(run.t_s, run.pose, POSE_SMOOTH_S)
         for index, run in enumerate(data.runs)
@@ -127,7 +130,13 @@ def _windows(index: int, run: PreparedRun) -> list[Window]:
     count = int((end - first) / length + 1e-6)
     if count < 1:
         return [Window(index, first, end, False)]
-    return [Window(index, first + i * length, first + (i + 1) * length, False) for i in range(count)]
+    return [Window(index, first + i * length, first + (i + 1) * length, False, i) for i in range(count)]
+
+
+def broken(run: PreparedRun, start_s: float, end_s: float) -> bool:
+    """Whether a stretch of a run has, or comes soon after, a hole in the log: no replay knows the way through it."""
+    before = holes(run.t_s, HOLE_S)
+    return bool(np.any((run.t_s[before] < end_s) & (run.t_s[before + 1] + REGAINED_S > start_s)))
 
 
 def steady_span(run: PreparedRun) -> tuple[float, float]:
@@ -269,14 +278,9 @@ def _floor(
         kind == TURN, TURN_RESOLUTION_RAD_S, SPEED_RESOLUTION_M_S + SPEED_ACCURACY * np.abs(value)
     )
     place: dict[tuple[int, int], list[tuple[int, float]]] = {}  # run and value of each (n-th window, kind)
-    rank: dict[int, int] = {}
-    order: list[int] = []
-    for window in windows:  # the n-th window of its run
-        order.append(rank.get(window.run, 0))
-        rank[window.run] = order[-1] + 1
     for i in range(value.size):
-        at = (order[of[i]], int(kind[i]))
-        place.setdefault(at, []).append((windows[of[i]].run, float(value[i])))
+        window = windows[of[i]]
+        place.setdefault((window.place, int(kind[i])), []).append((window.run, float(value[i])))
     squares: dict[int, list[float]] = {FORWARD: [], LATERAL: [], TURN: []}
     for (_, what), group in place.items():
         squares[what] += [0.5 * (a - b) ** 2 for (i, a), (j, b) in combinations(group, 2) if (i, j) in like]

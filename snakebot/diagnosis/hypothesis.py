@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isnan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,10 +72,13 @@ class Hypothesis:
         return tuple(dict.fromkeys(term.effect for term in self.terms))
 
     def specs(self, theta: Sequence[float] | Floats) -> tuple[EffectSpec, ...]:
+        """The effects at ``theta`` (p,); a term with nan among its parameters is absent."""
         out, at = [], 0
         for term in self.terms:
             count = len(term.open)
-            out.append(term.spec([float(v) for v in theta[at : at + count]]))
+            values = [float(v) for v in theta[at : at + count]]
+            if not any(map(isnan, values)):
+                out.append(term.spec(values))
             at += count
         return tuple(out)
 

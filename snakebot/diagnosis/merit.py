@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.diagnosis.blocks import Difference
-from snakebot.diagnosis.candidates import CHANGED
 from snakebot.diagnosis.context import Context
 from snakebot.diagnosis.gap import gap_of
+from snakebot.diagnosis.score import CHANGED
 from snakebot.diagnosis.trial import Trial
 
 Bools = NDArray[np.bool_]

@@ -11,6 +11,7 @@ from snakebot.report import Axis, BarChart, Bars, Column, Facts, Line, LineChart
 from snakebot.runlog import Session
 
 DEG = 180 / np.pi
+ONE_MOTION = "Only one motion may be fitted: there is no other to test it on."
 
 
 def page(session: Session, diagnosis: Diagnosis) -> str:
@@ -22,14 +23,16 @@ def page(session: Session, diagnosis: Diagnosis) -> str:
         footer=f"snakebot {__version__} diagnose, seed {diagnosis.details.seed if diagnosis.details else 0}",
     )
     _verdict(out.section("Verdict"), diagnosis)
+    held_out = bool(diagnosis.closure.held_out_runs)
     if diagnosis.causes:
-        _causes(out.section("Causes", "Each earns its place on gaits that it was not fitted to."), diagnosis)
+        earned = "Each earns its place on gaits that it was not fitted to."
+        _causes(out.section("Causes", earned if held_out else ONE_MOTION), diagnosis)
     _map(out.section("Where the gap lies"), diagnosis)
-    _closure(out.section("How far it closes", "On runs that no parameter was fitted to."), diagnosis)
+    taken_on = "On runs that no parameter was fitted to." if held_out else ONE_MOTION
+    _closure(out.section("How far it closes", taken_on), diagnosis)
     if diagnosis.details is not None and diagnosis.details.traces:
-        section = out.section(
-            "Before and after", "Predictions of held-out runs, the joint with the largest gap."
-        )
+        shown = "Predictions of held-out runs" if held_out else "The runs that were fitted"
+        section = out.section("Before and after", f"{shown}, the joint with the largest gap.")
         for trace in diagnosis.details.traces:
             section.add(_trace(trace))
     _ranking(out.section("What else was tried"), diagnosis)
@@ -189,7 +192,7 @@ def _closure(section: Section, diagnosis: Diagnosis) -> None:
             Column("speed closed", digits=3),
         ]
         section.add(Table(columns, rows))
-    section.add(Note("Held-out runs: " + ", ".join(diagnosis.closure.held_out_runs) + "."))
+    section.add(Note("Held-out runs: " + (", ".join(diagnosis.closure.held_out_runs) or "none") + "."))
 
 
 def _trace(trace: Trace) -> LineChart:

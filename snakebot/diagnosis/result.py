@@ -87,7 +87,7 @@ class RankingEntry(_Part):
 
 class AngleClosure(_Part):
     """How far the gap shrinks on runs no parameter was fitted to: closed = (before^2 - after^2) / (before^2 -
-    floor^2).
+    floor^2). Where no run is held out, ``closed`` is null and before and after are of the runs that were fitted.
     """
 
     unit: Literal["rad"] = "rad"
@@ -171,7 +171,7 @@ class Regime(_Part):
 
 
 class Trace(_Part):
-    """A held-out run, for pictures: at most a few hundred samples of the worst joint."""
+    """A run, held out where any is, for pictures: at most a few hundred samples of the worst joint."""
 
     run: str
     joint: int

@@ -37,6 +37,9 @@ def check_session(session: Session) -> list[str]:
     short = [run.name for run in runs if len(run) < MIN_SAMPLES]
     if len(short) == len(runs):
         raise BadInputError(f"{where}: every run is shorter than {MIN_SAMPLES} samples: nothing to diagnose")
+    if all(run.hold_out for run in runs if len(run) >= MIN_SAMPLES):
+        few = f" of at least {MIN_SAMPLES} samples" if short else ""
+        raise BadInputError(f"{where}: every run{few} is marked hold_out: nothing is left to fit")
     if sum(len(run) for run in runs) < FEW_SAMPLES:
         raise BadInputError(
             f"{where}: {sum(len(run) for run in runs)} samples in all; at least {FEW_SAMPLES} are needed"

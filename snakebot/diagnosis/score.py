@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 
 SHAPE_TOLERANCE = 0.02  # share of the mark of the nominal lag that a sound servo may differ in
 SAG_TOLERANCE_RAD_NM = 1e-3  # to which a sound servo holds its angle under load
+CHANGED = 0.1  # of what a block is allowed, by which its mean square must differ to count
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,17 +35,19 @@ class Found:
     Attributes:
         nominal: the robot without any effect.
         best: the explanation that stands; ``nominal`` if none does.
+        predicted: the same on runs left out of its fit; another trial only where it is ``untested``.
         singles: trials of single effects, best first: the ranking.
         rivals: per term of ``best``, trials in which another effect takes its place, best first.
         path: (hypothesis) trials in the order in which effects were added.
         without: ``best`` with each of its terms taken out, as far as that was tried.
         fits: every single effect as fitted to all free runs, held out or not.
-        untested: ``best`` shows in too few motions for any to be left out of its fit.
+        untested: ``best`` shows in too few motions for any to be left out of its fit: it and ``singles`` are as fitted.
         by_chance: the cause shows in the scatter, whether or not the mean is off.
     """
 
     nominal: Trial
     best: Trial
+    predicted: Trial
     singles: tuple[Trial, ...]
     rivals: tuple[tuple[Trial, ...], ...]
     path: tuple[Trial, ...]
@@ -95,11 +97,18 @@ def search(
     pruned, without = prune(context, best)
     best = _plain(context, pruned, singles)
     untested = not best.hypothesis.terms
+    predicted = best
     if untested:
-        best = _only_fitted(context, nominal, singles)
+        predicted = _only_fitted(context, nominal, singles)
+        if (
+            predicted.hypothesis.terms
+        ):  # nothing is held out now: what else was tried is compared by its fit as well
+            singles = side_by_side(partial(as_fitted, context), singles)
+            best = next(t for t in singles if t.hypothesis == predicted.hypothesis)
     return Found(
         nominal,
         best,
+        predicted,
         singles=tuple(singles),
         rivals=rivals(context, best, singles, tried, fits, progress),
         path=tuple(path),
@@ -164,6 +173,11 @@ def without_term(context: Context, trial: Trial, index: int) -> Trial:
     """The trial of what is left when one term is taken out."""
     hypothesis = trial.hypothesis
     return run_trial(context, hypothesis.without(index), [hypothesis.rest(trial.theta, index)])
+
+
+def as_fitted(context: Context, trial: Trial) -> Trial:
+    """The same explanation with nothing held out."""
+    return run_trial(context, trial.hypothesis, [trial.theta], cross=False)
 
 
 def _only_fitted(context: Context, nominal: Trial, singles: Sequence[Trial]) -> Trial:

@@ -1,4 +1,4 @@
-"""A few held-out stretches for pictures: command, measured, and predicted before and after."""
+"""A few stretches, held out where runs are, for pictures: command, measured, and predicted before and after."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def traces(context: Context, nominal: Trial, best: Trial) -> tuple[Trace, ...]:
     """The runs and joints with the largest gap, one trace a motion."""
     blocks = context.angle_blocks
     size: dict[tuple[int, int], float] = {}
-    for run in context.scored_runs:
+    for run in context.shown_runs:
         for joint in range(context.data.joints):
             rows = (blocks.run == run) & (blocks.joint == joint)
             if rows.any():

@@ -1,20 +1,17 @@
-"""One explanation put to the test: fitted to all runs that may be fitted, and scored on gaits left out.
-
-Effects before the ground are fitted to the joint angles, effects of the body to the motion over ground; each
-side sees the other's effects at their fitted values.
-"""
+"""One explanation put to the test: fitted to all runs that may be fitted, and scored on gaits left out."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from snakebot.diagnosis.allowance import shifts_s, stacked_rates
 from snakebot.diagnosis.context import Context
-from snakebot.diagnosis.fit import Fit, Problem, minimise, multi_start, refit
+from snakebot.diagnosis.fit import Fit, Problem, multi_start
+from snakebot.diagnosis.fitting import angle_columns, fit_runs, predicted_readings, residual_of
+from snakebot.diagnosis.fold_fits import fold_thetas
 from snakebot.diagnosis.gap import gap_of
 from snakebot.diagnosis.hypothesis import Hypothesis, Term, bounds
 from snakebot.effects.spec import EffectSpec
@@ -22,7 +19,6 @@ from snakebot.effects.spec import EffectSpec
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-FOLD_STEPS = 8
 FULL_STEPS = 30
 ROUGH_STEPS = 6
 DEAR_STEPS = 12  # where the whole body must be simulated, and a start is near
@@ -39,7 +35,8 @@ class Trial:
         held_square: (B,) the same, each run predicted from parameters that it had no part in.
         readings: held-out predictions (N, k) a run.
         left: their residuals (N, k) a run, with the shifts in time that the nominal numbers are allowed.
-        run_theta: parameters by which each run was predicted, one (p,) a run.
+        run_theta: parameters by which each run was predicted, one (p,) a run; nan: the runs that were fitted say
+            nothing of the effect, and it was predicted without.
     """
 
     hypothesis: Hypothesis
@@ -62,23 +59,6 @@ class Trial:
     def fitted_score(self, context: Context) -> float:
         """The same of the fit, nothing held out."""
         return float(context.score(self.fitted_square)[context.selects].mean())
-
-
-def predicted_readings(
-    context: Context, specs: Sequence[EffectSpec], runs: Sequence[int], rough: bool = False
-) -> list[Floats]:
-    """Readings (N, k) of some runs; joints that no effect acts on are taken from the nominal prediction."""
-    every = set(range(context.data.joints))
-    acted = set().union(
-        *(every if s.joints is None else {j - 1 for j in s.joints} for s in specs if s.effect.stage != "body")
-    )
-    made = context.simulator.predict(specs, runs, rough=rough, columns=sorted(acted))
-    out = []
-    for index, predicted in zip(runs, made, strict=True):
-        reading = predicted.reading_rad
-        gone = ~np.isfinite(reading)
-        out.append(np.where(gone, context.nominal[index], reading) if gone.any() else reading)
-    return out
 
 
 def nominal_trial(context: Context) -> Trial:
@@ -110,12 +90,14 @@ def run_trial(
         runs, steps, last = context.telling_runs, ROUGH_STEPS, True
     elif not rough and context.simulator.coupled(specs):
         steps = DEAR_STEPS
-    theta, covariance = _fit(
-        context, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough, last=last
+    count = len(hypothesis.parameters)
+    only = np.arange(count) >= count - len(hypothesis.terms[-1].open) if last else None
+    theta, covariance, _ = fit_runs(
+        context, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough, only=only
     )
     fold_theta = [theta] * len(context.folds)
     if cross and theta.size:
-        fold_theta = _fold_thetas(context, hypothesis, theta)
+        fold_theta = fold_thetas(context, hypothesis, theta)
     return _scored(context, hypothesis, theta, covariance, fold_theta, cross=cross, rough=rough)
 
 
@@ -135,10 +117,7 @@ def _scored(
     coupled = context.simulator.coupled(hypothesis.specs(theta))
 
     def predicted(at: Floats, runs: Sequence[int]) -> list[Floats]:
-        specs = hypothesis.specs(at)
-        if any(s.effect.stage != "body" for s in specs):
-            return predicted_readings(context, specs, runs, rough)
-        return [context.nominal[i] for i in runs]
+        return predicted_readings(context, hypothesis.specs(at), runs, rough)
 
     every = range(len(context.data.runs))
     readings = predicted(theta, every)
@@ -171,185 +150,6 @@ def _scored(
     return Trial(hypothesis, theta, covariance, fitted, held, held_readings, held_left, tuple(run_theta))
 
 
-def _fold_thetas(context: Context, hypothesis: Hypothesis, theta: Floats) -> list[Floats]:
-    """Parameters (p,) fitted to each fold's runs, from ``theta``, which was fitted to all. Where the whole body must be
-    simulated, those before the ground take one step from there: what a run more or less changes is little.
-    """
-    coupled = context.simulator.coupled(hypothesis.specs(theta))
-    sides = (True,) if coupled else (True, False)
-    found = [
-        _fit(context, hypothesis, [theta], fold.fit, FOLD_STEPS, 1, covariance=False, sides=sides)[0]
-        for fold in context.folds
-    ]
-    mine = ~_of_body(hypothesis)
-    if not (coupled and mine.any()):
-        return found
-
-    lower, upper, log = bounds(hypothesis.parameters)
-    box = (lower[mine], upper[mine], log[mine])
-    whole = _specs_from(hypothesis, theta, mine)
-    problem = _angle_problem(context, hypothesis, whole, context.free_runs, *box, rough=False)
-    if problem is None:
-        return found
-    uses = [
-        np.isin(context.block_run, fold.fit)[problem.block] & (problem.block >= 0) for fold in context.folds
-    ]
-    for full, part in zip(found, refit(problem, theta[mine], uses), strict=True):
-        full[mine] = part
-    return found
-
-
-def _specs_from(
-    hypothesis: Hypothesis, base: Floats, mine: NDArray[np.bool_]
-) -> Callable[[Floats], tuple[EffectSpec, ...]]:
-    """The effects as a function of those parameters that are ``mine``, the others as in ``base`` (p,)."""
-
-    def specs(part: Floats) -> tuple[EffectSpec, ...]:
-        full = base.copy()
-        full[mine] = part
-        return hypothesis.specs(full)
-
-    return specs
-
-
-def _of_body(hypothesis: Hypothesis) -> NDArray[np.bool_]:
-    """(p,) which parameters are those of the body."""
-    return np.array([term.stage == "body" for term in hypothesis.terms for _ in term.open], dtype=bool)
-
-
-def _fit(
-    context: Context,
-    hypothesis: Hypothesis,
-    starts: Sequence[Floats],
-    runs: Sequence[int],
-    steps: int,
-    keep: int,
-    covariance: bool = True,
-    rough: bool = False,
-    sides: Sequence[bool] = (True, False),
-    last: bool = False,
-) -> tuple[Floats, Floats]:
-    """Parameters (p,) and their covariance, fitted to some runs.
-
-    ``sides``: parameters of the body (True), all others (False). The body comes first: angles hardly know of it, but it
-    knows of the load. ``last``: only the parameters of the last term.
-    """
-    count = len(hypothesis.parameters)
-    best = np.array(starts[0], dtype=np.float64) if len(starts) else np.zeros(0)
-    spread = np.full((count, count), np.nan)
-    if count == 0:
-        return best, spread
-    lower, upper, log = bounds(hypothesis.parameters)
-    body = _of_body(hypothesis)
-    for side in sides:
-        mine = body if side else ~body
-        if last:
-            mine = mine & (np.arange(count) >= count - len(hypothesis.terms[-1].open))
-        if not mine.any():
-            continue
-        whole = _specs_from(hypothesis, best, mine)
-        box = (lower[mine], upper[mine], log[mine])
-        if side:
-            problem = _ground_problem(context, whole, runs, *box)
-        else:
-            problem = _angle_problem(context, hypothesis, whole, runs, *box, rough=rough)
-        if problem is None:
-            continue
-        begin = [np.asarray(start, dtype=np.float64)[mine][None] for start in starts]
-        fit: Fit = (
-            multi_start(problem, begin, keep, steps, covariance=covariance)
-            if len(begin) > 1
-            else minimise(problem, begin[0], steps, covariance=covariance)
-        )
-        best = best.copy()
-        best[mine] = fit.theta[0]
-        spread[np.ix_(mine, mine)] = fit.covariance[0]
-    return best, spread
-
-
-def _angle_problem(
-    context: Context,
-    hypothesis: Hypothesis,
-    whole: object,
-    runs: Sequence[int],
-    lower: Floats,
-    upper: Floats,
-    log: NDArray[np.bool_],
-    *,
-    rough: bool,
-) -> Problem | None:
-    assert callable(whole)
-    joints = [j - 1 for j in hypothesis.joints(context.data.joints)]
-    columns = np.array(joints, dtype=np.int64)
-    measured, use, block = angle_columns(context, columns, runs)
-    if not use.any():
-        return None
-
-    limit = context.shift_limits_s(hypothesis)[columns]
-
-    def residual(theta: Floats) -> Floats:
-        predicted = context.simulator.predict(whole(theta[0]), runs, rough=rough, columns=joints)
-        made = [p.reading_rad[:, columns] for p in predicted]
-        return _left(context, made, runs, measured, use, block, limit)
-
-    return Problem(
-        residual, np.zeros(columns.size, dtype=np.int64), block, context.scale.square, lower, upper, log
-    )
-
-
-def _left(
-    context: Context,
-    readings: Sequence[Floats],
-    runs: Sequence[int],
-    measured: Floats,
-    use: NDArray[np.bool_],
-    block: Ints,
-    limit_s: Floats,
-) -> Floats:
-    """Residual (N, k) of some joints in some runs, one below the other, with the shifts they are allowed."""
-    residual = np.where(use, measured - np.concatenate(readings), 0.0)
-    if limit_s.any():
-        times = [context.data.runs[i].t_s for i in runs]
-        rate = np.where(use, stacked_rates(readings, times), 0.0)
-        residual -= rate * shifts_s(residual, rate, block, context.scale.square, limit_s)
-    return residual
-
-
-def angle_columns(
-    context: Context, columns: Ints, runs: Sequence[int]
-) -> tuple[Floats, NDArray[np.bool_], Ints]:
-    """Measured angles, use and block numbers of some joints (columns) in some runs, one below the other."""
-    measured = np.concatenate([context.data.runs[i].measured_rad[:, columns] for i in runs])
-    block = np.concatenate([context.angle_blocks.of_sample[i][:, columns] for i in runs])
-    return np.nan_to_num(measured), block >= 0, block
-
-
-def _ground_problem(
-    context: Context,
-    whole: object,
-    runs: Sequence[int],
-    lower: Floats,
-    upper: Floats,
-    log: NDArray[np.bool_],
-) -> Problem | None:
-    assert callable(whole)
-    ground = context.ground
-    if ground is None:
-        return None
-    rows = np.isin(ground.run, list(runs))
-    if not rows.any():
-        return None
-    block = np.where(rows, np.arange(ground.count), -1)[:, None]
-
-    def residual(theta: Floats) -> Floats:
-        left = context.ground_left(whole(theta[0]), runs, runs)
-        return np.where(rows, np.nan_to_num(left), 0.0)[:, None]
-
-    return Problem(
-        residual, np.zeros(1, dtype=np.int64), block, context.ground_allowed_square, lower, upper, log
-    )
-
-
 def each_joint(
     context: Context, base: Trial, effect_terms: Sequence[Term], starts: Sequence[Floats]
 ) -> tuple[tuple[int, ...], Fit]:
@@ -375,7 +175,7 @@ def each_joint(
         specs = [*base.specs, *more]
         predicted = context.simulator.predict(specs, runs, rough=True, columns=[int(j) for j in wanted])
         made = [p.reading_rad for p in predicted]
-        return _left(context, made, runs, measured, use, block, limit)
+        return residual_of(context, made, runs, measured, use, block, limit)
 
     def residual(theta: Floats) -> Floats:
         return left(*(term.spec(row) for term, row in zip(effect_terms, theta, strict=True)))

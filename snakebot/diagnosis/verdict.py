@@ -79,7 +79,7 @@ def held_out_rest(context: Context, nominal: Trial, best: Trial) -> Rest | None:
     Nothing was fitted there, and nothing chosen: a gap that does not close there, or that shows nowhere else, is not
     explained.
     """
-    rows = context.scored
+    rows = context.shown
     if np.array_equal(rows, context.selects):
         return None
     gap = gap_of(context, best, rows)
@@ -88,9 +88,9 @@ def held_out_rest(context: Context, nominal: Trial, best: Trial) -> Rest | None:
 
 
 def runs_with_gap(context: Context, trial: Trial) -> tuple[int, ...]:
-    """Of the scored runs those in which ``trial`` leaves a gap; all of them if no single one shows it."""
-    found = tuple(i for i in context.scored_runs if gap_of(context, trial, context.block_run == i).any)
-    return found or context.scored_runs
+    """Of the shown runs those in which ``trial`` leaves a gap; all of them if no single one shows it."""
+    found = tuple(i for i in context.shown_runs if gap_of(context, trial, context.block_run == i).any)
+    return found or context.shown_runs
 
 
 def _ratio(context: Context, best: Trial, gap: Gap) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import degrees
 
-from snakebot.diagnosis.result import Cause, Diagnosis
+from snakebot.diagnosis.result import AngleClosure, Cause, Diagnosis, SpeedClosure
 
 SURE, LIKELY = 0.85, 0.6
 
@@ -81,18 +81,24 @@ def _closure(diagnosis: Diagnosis) -> list[str]:
     lines = []
     if diagnosis.verdict == "no_gap":
         return [f"Joint angles: {degrees(angle.rms_before):.2g} deg rms off the prediction"]
-    if angle.closed is not None:
-        ends = f" (95 %: {angle.ci95[0]:.1%} to {angle.ci95[1]:.1%})" if angle.ci95 else ""
+    held_out = bool(diagnosis.closure.held_out_runs)
+    where = "on held-out runs" if held_out else "on the runs that were fitted (none is held out)"
+    if angle.closed is not None or not held_out:
         floor = "unknown" if angle.rms_floor is None else f"{degrees(angle.rms_floor):.2g} deg"
         lines.append(
-            f"Joint angles on held-out runs: {degrees(angle.rms_before):.3g} -> "
-            f"{degrees(angle.rms_after):.3g} deg rms, "
-            f"floor {floor}: {angle.closed:.1%} closed{ends}"
+            f"Joint angles {where}: {degrees(angle.rms_before):.3g} -> {degrees(angle.rms_after):.3g} deg rms, "
+            f"floor {floor}{_closed(angle, 1)}"
         )
-    if speed is not None and speed.closed is not None:
-        ends = f" (95 %: {speed.ci95[0]:.0%} to {speed.ci95[1]:.0%})" if speed.ci95 else ""
+    if speed is not None and (speed.closed is not None or not held_out):
         lines.append(
-            f"Forward speed on held-out runs: off by {speed.error_before:.3g} -> {speed.error_after:.3g} m/s: "
-            f"{speed.closed:.0%} closed{ends}"
+            f"Forward speed {where}: off by {speed.error_before:.3g} -> {speed.error_after:.3g} m/s"
+            f"{_closed(speed, 0)}"
         )
     return lines
+
+
+def _closed(part: AngleClosure | SpeedClosure, digits: int) -> str:
+    if part.closed is None:
+        return ""
+    ends = f" (95 %: {part.ci95[0]:.{digits}%} to {part.ci95[1]:.{digits}%})" if part.ci95 else ""
+    return f": {part.closed:.{digits}%} closed{ends}"

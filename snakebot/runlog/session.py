@@ -67,7 +67,7 @@ def read_session(path: str | os.PathLike[str]) -> Session:
         if samples > MAX_SESSION_SAMPLES:
             raise BadInputError(f"{where}: more than {MAX_SESSION_SAMPLES} samples in all; not read")
         runs.append(run)
-    _check_names(str(where), runs)
+    _check_names(str(where), folder, runs)
     notes = _notes(where, noticed, data)
     for note in notes:
         warnings.warn(note, LogWarning, stacklevel=2)
@@ -210,12 +210,19 @@ def check_time(path: Path, first_row: int, t_s: NDArray[np.float64]) -> None:
         raise BadInputError(f"{where}: time does not rise: {t_s[at + 1]:.9g} after {t_s[at]:.9g}")
 
 
-def _check_names(where: str, runs: list[Run]) -> None:
-    names: set[str] = set()
+def _check_names(where: str, folder: Path, runs: list[Run]) -> None:
+    """A file that stands twice, by another name or through a link, would pass for a repeat without any noise."""
+    files: dict[Path, str] = {}
     for run in runs:
-        if run.name in names:
-            raise BadInputError(f"{where}: runs: {run.name} stands twice")
-        names.add(run.name)
+        file = (folder / run.name).resolve()
+        if file in files:
+            first = files[file]
+            twice = (
+                f"{run.name} stands twice" if run.name == first else f"{first} and {run.name} are one file"
+            )
+            raise BadInputError(f"{where}: runs: {twice}")
+        files[file] = run.name
+    names = set(files.values())
     for run in runs:
         if run.repeat_of is not None and (run.repeat_of not in names or run.repeat_of == run.name):
             raise BadInputError(

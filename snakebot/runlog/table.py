@@ -80,6 +80,8 @@ def _lines(path: Path, file: BinaryIO | gzip.GzipFile) -> Iterator[str]:
     while line := file.readline(MAX_LINE_BYTES):
         row += 1
         total += len(line)
+        if b"\r" in line[:-2] and b'"' not in line:
+            raise BadInputError(f"{path}: row {row}: lines end in CR alone; save the table with LF or CRLF")
         if len(line) == MAX_LINE_BYTES and not line.endswith(b"\n"):
             raise BadInputError(f"{path}: row {row}: longer than {MAX_LINE_BYTES >> 10} KiB; not a table")
         if total > allowed:
@@ -159,7 +161,7 @@ def _numbers(
     nan = float("nan")
     try:
         array = np.array([[float(cell) if cell else nan for cell in cells] for _, cells in rows])
-        plain = not any("_" in cell for _, cells in rows for cell in cells)
+        plain = all(cell.isascii() and "_" not in cell for _, cells in rows for cell in cells)
     except ValueError:
         plain = False
     if plain and not np.isinf(array).any():
@@ -187,7 +189,8 @@ def number(cell: str) -> float | None:
         value = float(text)
     except ValueError:
         return None
-    return None if "_" in text or np.isinf(value) else value
+    # Python also reads 1_000 and the digits of every script: no logger writes those, a damaged file may hold them
+    return None if "_" in text or not text.isascii() or np.isinf(value) else value
 
 
 def _read_parquet(path: Path, must_be_numbers: frozenset[str] | None) -> Table:

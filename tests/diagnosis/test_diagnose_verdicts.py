@@ -8,9 +8,11 @@ from dataclasses import replace
 import jsonschema
 import numpy as np
 import pytest
-from sessions import bench, make_session, snake
+from sessions import GAITS, bench, make_session, snake
 
 from snakebot.diagnosis import Diagnosis, diagnose, json_schema
+from snakebot.diagnosis.report import page
+from snakebot.diagnosis.words import summary
 from snakebot.effects import predict
 from snakebot.runlog import Session
 
@@ -135,6 +137,41 @@ def test_held_out_runs_are_the_ones_closure_is_taken_on() -> None:
     assert found.closure.joint_angle.closed == pytest.approx(1.0, abs=0.02)
 
 
+def test_closure_is_never_taken_on_runs_that_were_fitted() -> None:
+    """One motion and its repeat: both are fitted, so before and after are told, and no closure."""
+    session = make_session(bench(1), ["rate_limit:limit_rad_s=1.3"], gaits=GAITS[:1])
+    found = diagnose(session, quick=True)
+    assert found.closure.held_out_runs == ()
+    angle = found.closure.joint_angle
+    assert angle.closed is None
+    assert angle.ci95 is None
+    assert angle.reason is not None
+    assert "no run is held out" in angle.reason
+    assert angle.rms_after < 0.1 * angle.rms_before
+    assert found.causes[0].closure_alone is None
+    told = "\n".join(summary(found))
+    assert "Joint angles on the runs that were fitted (none is held out)" in told
+    assert "held-out runs:" not in told
+    html = page(session, found)
+    assert angle.reason in html
+    assert "Held-out runs: none." in html
+    assert "no parameter was fitted to" not in html
+    jsonschema.validate(json.loads(json.dumps(found.to_mapping(), allow_nan=False)), json_schema())
+
+
+def test_one_motion_over_ground_has_no_closure_of_speed() -> None:
+    session = make_session(snake(), ["ground_friction:ct_scale=3"], gaits=GAITS[:1], pose=True)
+    found = diagnose(session, quick=True, only=["ground_friction"])
+    assert found.causes[0].effect == "ground_friction"
+    speed = found.closure.forward_speed
+    assert speed is not None
+    assert speed.closed is None
+    assert speed.reason is not None
+    assert "no run is held out" in speed.reason
+    assert speed.error_after < speed.error_before
+    assert any("Forward speed on the runs that were fitted" in line for line in summary(found))
+
+
 def test_stretches_without_power_are_not_fitted() -> None:
     robot = bench(1)
     runs = []
@@ -150,3 +187,22 @@ def test_stretches_without_power_are_not_fitted() -> None:
     found = diagnose(Session(robot, tuple(runs)), quick=True)
     assert found.verdict == "no_gap"
     assert any("off in 25%" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("probability", [0.1, 0.4])
+def test_lost_set_points_are_found_in_the_scatter(probability: float) -> None:
+    robot = bench(3)
+    runs = []
+    for number, run in enumerate(make_session(robot).runs):
+        lost = np.random.default_rng(number).random(len(run)) < probability
+        lost[0] = False
+        arrived = run.command_rad[np.maximum.accumulate(np.where(lost, 0, np.arange(len(run))))]
+        reading = predict(robot, (), run.t_s, arrived).encoder_rad
+        runs.append(replace(run, measured_rad=reading))
+    found = diagnose(Session(robot, tuple(runs[:3])), quick=True)
+    (cause,) = found.causes
+    assert cause.effect == "command_loss"
+    assert cause.probability == 0.9
+    assert cause.parameters["probability"].estimate == pytest.approx(probability, rel=0.25)
+    alone = diagnose(Session(robot, (runs[0],)), quick=True)
+    assert all(cause.probability <= 0.5 for cause in alone.causes)

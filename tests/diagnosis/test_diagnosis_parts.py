@@ -18,6 +18,7 @@ from snakebot.diagnosis.candidates import candidates, usable_effects
 from snakebot.diagnosis.context import make_context
 from snakebot.diagnosis.data import link_is_clean, prepare, spikes
 from snakebot.diagnosis.fit import Problem, minimise, multi_start, refit
+from snakebot.diagnosis.fitting import predicted_readings
 from snakebot.diagnosis.floor import noise_floor
 from snakebot.diagnosis.folds import folds
 from snakebot.diagnosis.gap import gap_of
@@ -26,7 +27,7 @@ from snakebot.diagnosis.probability import Evidence, calibration, probability, s
 from snakebot.diagnosis.reference import limited, play
 from snakebot.diagnosis.regime import sentence
 from snakebot.diagnosis.smoothing import smoothed
-from snakebot.diagnosis.trial import nominal_trial, predicted_readings, run_trial
+from snakebot.diagnosis.trial import nominal_trial, run_trial
 from snakebot.effects import parse_effect, predict
 from snakebot.runlog import Session
 
@@ -79,6 +80,22 @@ def test_lone_spikes_are_taken_out_and_steps_are_not() -> None:
     wave[100] += 0.5
     wave[200:] += 0.5
     assert np.flatnonzero(spikes(wave, 0.01)[:, 0]).tolist() == [100]
+
+
+def test_what_follows_a_hole_in_time_is_not_compared_until_the_servo_has_settled() -> None:
+    session = make_session(bench(1))
+    run = session.runs[0]
+    rows = (run.t_s < 2.0) | (run.t_s >= 3.0)
+    rows[450] = False  # a lone row, long after
+    holed = replace(
+        run, t_s=run.t_s[rows], command_rad=run.command_rad[rows], measured_rad=run.measured_rad[rows]
+    )
+    prepared = prepare(replace(session, runs=(holed,))).runs[0]
+    masked = prepared.t_s[~prepared.use[:, 0]]
+    settled_s = 5 * session.robot.servo.time_constant_s
+    assert masked[0] == pytest.approx(3.0)
+    assert masked[masked < 4][-1] == pytest.approx(3.0 + settled_s, abs=0.011)
+    assert masked[masked > 4][[0, -1]] == pytest.approx([4.51, 4.56], abs=0.011)
 
 
 def test_blocks_partition_the_samples_in_use() -> None:
@@ -157,7 +174,7 @@ def test_a_refit_is_the_minimum_of_what_counts() -> None:
         left = replace(problem, block=np.where(use, problem.block, -1))
         exact = minimise(left, whole[None]).theta[0]
         (near,) = refit(problem, whole, [use])
-        assert near == pytest.approx(exact, abs=0.2 * abs(exact - whole)[0] + 1e-6)
+        assert near.theta == pytest.approx(exact, abs=0.2 * abs(exact - whole)[0] + 1e-6)
 
 
 def test_no_search_begins_where_what_is_fitted_does_nothing() -> None:
@@ -239,6 +256,14 @@ def test_smoothing_keeps_motion_and_takes_noise() -> None:
     out = smoothed(t, wave + noise)
     assert np.std(out - wave) < 0.6 * 0.01
     assert smoothed(t, wave) == pytest.approx(wave, abs=2e-3)
+
+
+def test_smoothing_goes_by_time_where_rows_are_missing() -> None:
+    t = np.arange(1000) / 100
+    kept = np.random.default_rng(1).random(t.size) < 0.8
+    kept[[0, -1]] = True
+    wave = np.sin(3 * t)[:, None]
+    assert smoothed(t[kept], wave[kept]) == pytest.approx(wave[kept], abs=2e-3)
 
 
 def test_probabilities_rise_with_the_lead_and_fall_with_the_rest() -> None:

@@ -84,6 +84,15 @@ runs:
             "t_s,cmd_1_rad,enc_1_rad\n0,0,0\n0.1,0,1_0\n",
             "run.csv: row 3, column enc_1_rad: not a number: '1_0'",
         ),
+        (
+            "t_s,cmd_1_rad,enc_1_rad\n0,\u0661,0\n",
+            "run.csv: row 2, column cmd_1_rad: not a number: '\u0661'",
+        ),
+        (
+            "t_s,cmd_1_rad,enc_1_rad\r0,0,0\r1,0,0\r",
+            "run.csv: row 1: lines end in CR alone; save the table with",
+        ),
+        ("t_s,cmd_1_rad,enc_1_rad\r" + "0,0,0\r" * 20_000, "run.csv: row 1: lines end in CR alone"),
         ("t_s,cmd_1_rad,enc_1_rad\n0,0,inf\n", "run.csv: row 2, column enc_1_rad: not a number: 'inf'"),
         ("t_s,cmd_1_rad,enc_1_rad\n0,1e999,0\n", "run.csv: row 2, column cmd_1_rad: not a number: '1e999'"),
         (
@@ -149,6 +158,14 @@ def test_errors_name_file_row_and_column(tmp_path: Path, table: str | bytes, sai
         ("robot: {joints: 1}\nruns: [{file: link.csv}]", "leaves the session's folder"),
         ("robot: {joints: 1}\nruns: [{file: run.csv}, {file: run.csv}]", "run.csv stands twice"),
         (
+            "robot: {joints: 1}\nruns: [{file: run.csv}, {file: ./run.csv}]",
+            "run.csv and ./run.csv are one file",
+        ),
+        (
+            "robot: {joints: 1}\nruns: [{file: run.csv}, {file: same.csv, repeat_of: run.csv}]",
+            "run.csv and same.csv are one file",
+        ),
+        (
             "robot: {joints: 1}\nruns: [{file: run.csv, repeat_of: other.csv}]",
             "repeat_of 'other.csv' is no other run",
         ),
@@ -190,6 +207,7 @@ def test_errors_in_the_yaml_name_the_key(tmp_path: Path, text: str, said: str) -
     folder = session_folder(tmp_path / "s", text=text)
     (tmp_path / "run.csv").write_text(ROWS)
     os.symlink(tmp_path / "run.csv", folder / "link.csv")
+    os.symlink(folder / "run.csv", folder / "same.csv")
     with pytest.raises(BadInputError) as error:
         read_session(folder)
     assert said in str(error.value)

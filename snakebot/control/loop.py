@@ -7,7 +7,6 @@ host does is in ``lateness``, what becomes of set-points without an answer in ``
 from __future__ import annotations
 
 import contextlib
-import math
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -21,6 +20,7 @@ from snakebot.control.faults import JointFault
 from snakebot.control.inflight import InFlight
 from snakebot.control.journal import Journal, Recorder
 from snakebot.control.lateness import LATE_ROW_HOLD, Lateness
+from snakebot.control.posture import read_posture
 from snakebot.control.progress import Progress, TrackingSoFar
 from snakebot.errors import BadInputError, BoardFaultError, HostLateError, LostBoardError, SnakebotError
 from snakebot.gait import Gait, GaitMotion, Motion, SlewLimiter, check_motion
@@ -28,7 +28,6 @@ from snakebot.robot import Robot
 from snakebot.runlog import records
 
 HOLD_BEFORE_RELAX_S = 0.2
-FRESH_READING_S = 5.0  # longest wait for the joint angles that the motion starts from
 _WAKE_EARLY_S = 0.0003  # leave the wait for frames this much before a deadline, and sleep the rest exactly
 _LAST_ANSWERS_S = 0.02  # listened to after the last set-point: nothing feeds the watchdog meanwhile
 _SHORTEST_WAIT_S = 1e-6  # a wait that rounding may swallow would never end in virtual time
@@ -209,7 +208,9 @@ class RunLoop:
             fault = self._faults.pop(0)
             self._set_fault(fault, wait=True)
             modes |= dict.fromkeys(fault.joints, (fault.mode, fault.angle_rad))
-        found_rad = self._fresh_angles([mode is not JointMode.FREE for mode, _ in modes.values()])
+        found_rad = read_posture(
+            board, self.clock, [mode is not JointMode.FREE for mode, _ in modes.values()], self._take
+        )
         limits = self.robot.angle_limit_rad
         start = [min(max(angle, -limit), limit) for angle, limit in zip(found_rad, limits, strict=True)]
         motion = self._make_motion(start)
@@ -221,36 +222,6 @@ class RunLoop:
             board.set_joint_mode(joint, mode, angle_rad, wait=False)
         self._journal.event("armed", "joints powered where they are", data={"start_rad": start})
         return motion
-
-    def _fresh_angles(self, needed: Sequence[bool]) -> list[float]:
-        """Where the joints are now (rad): the board sends samples by itself while nothing streams.
-
-        A joint that is to get power must have been read: it would go to wherever the board believes it to be. One that
-        is not needed counts as straight.
-        """
-        asked_s = self.clock.now_s()
-        latest: Reading | None = None
-        angles = [math.nan] * self.robot.joints
-        while (
-            any(math.isnan(angle) and need for angle, need in zip(angles, needed, strict=True))
-            or latest is None
-        ):
-            self._take(self.board.poll(0.05))
-            reading = self.board.last_reading
-            if reading is not None and reading.received_s > asked_s and reading is not latest:
-                latest = reading
-                pairs = zip(angles, reading.measured_rad, strict=True)
-                angles = [before if math.isnan(now) else now for before, now in pairs]
-            elif self.clock.now_s() - asked_s > FRESH_READING_S:
-                where, waited = self.board.where, f"{FRESH_READING_S:g} s"
-                if latest is None:
-                    raise LostBoardError(f"{where}: the board has sent no joint angles for {waited}")
-                dead = [j for j, angle in enumerate(angles, start=1) if math.isnan(angle) and needed[j - 1]]
-                raise BoardFaultError(
-                    f"{where}: no angle of joint {', '.join(map(str, dead))} for {waited}: with power it might jump. "
-                    f"Check its encoder, or leave it without power: --fault free:{'+'.join(map(str, dead))}"
-                )
-        return [0.0 if math.isnan(angle) else angle for angle in angles]
 
     def _stream(self, motion: Motion) -> str:
         """Send the motion tick by tick. Returns how it ended, with the joints at rest and relaxed."""

@@ -52,7 +52,7 @@ FAULTS = [
     ("limiter.c", "clamp(target, near.angle_rad - SB_ANGLE_STEP_RAD, near.angle_rad + SB_ANGLE_STEP_RAD)", "target", "follows_the_limiter"),
     ("joints.c", "case RIGID:\n        return joints->hold_rad[joint];", "", "rigid_goes_and_stays"),
     ("joints.c", "default:\n        return joints->limiter.applied_rad[joint];", "default:\n        return setpoint_rad;", "rigid_here_stays"),
-    ("joints.c", "read_one(joints, i); /* it starts where it is: nothing jumps */", "joints->limiter.applied_rad[i] = 0.5f;", "arms_where_the_joints_are"),
+    ("joints.c", "read_one(joints, i); /* it starts where it is: nothing jumps */", "sb_limiter_follow(&joints->limiter, i, 0.5f);", "arms_where_the_joints_are"),
     ("joints.c", "joints->limiter.applied_rad[joint] + trim_rad", "joints->limiter.applied_rad[joint]", "trims_the_servo"),
     ("joints.c", "(uint32_t)(int32_t)joints->parameters.zero_counts[joint]", "0u", "shifts_the_zero"),
     ("joints.c", "(joints->mode[i] != FREE)", "(joints->mode[i] < 9u)", "free_follows_the_encoder"),

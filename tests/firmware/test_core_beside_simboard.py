@@ -6,6 +6,7 @@ What they say must be the same, frame by frame: an angle may differ by one step 
 from __future__ import annotations
 
 import ctypes
+import itertools
 import math
 import random
 from collections.abc import Sequence
@@ -223,6 +224,27 @@ def test_the_sessions_go_everywhere(bench_library: Any) -> None:
         executed += draw.sim._register.clamped
     assert executed > 20
     assert len(modes) >= 3
+
+
+def test_limits_that_are_tightened_in_mid_motion_are_kept_by_both(bench_library: Any) -> None:
+    """The angle of joint 1 to less than where it is, the speed of joint 2 to less than what it has."""
+    pair = Pair(bench_library, 2, 1.5e-4)
+    pair.go(1000)
+    pair.send([encode(ModeRequest(1, Mode.ARMED, 11))])
+    angles: list[tuple[float, ...]] = []
+    for tick in range(1, 80):
+        pair.go(10007)
+        if tick == 8:
+            pair.send([encode(LimitRequest(2, 1, LimitKind.ANGLE, 0.1, 11))])
+            pair.send([encode(LimitRequest(3, 2, LimitKind.SPEED, 0.5, 11))])
+        pair.send([encode(message) for message in setpoint_messages(tick, [1.5, 1.5], 0.01)])
+        angles.append(pair.sim._register.applied_rad)
+    there = angles[6][0]
+    assert there > 0.12, "the limit was not tightened on a joint beyond it"
+    assert max(first for first, _ in angles) == pytest.approx(there, abs=2e-4), "further out than it was"
+    assert angles[-1][0] == pytest.approx(0.1)
+    for (_, before), (_, now) in itertools.pairwise(angles[7:]):
+        assert now - before <= 0.5 * 0.0101 + 2e-4
 
 
 @pytest.mark.parametrize("trace", VECTORS["limiter"], ids=lambda v: f"{v['style']}-{v['angle_rad']}")

@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 FEW = 24  # samples, below which nothing is said about what a difference goes by
+FEW_STROKES = 3  # from one turn of the joint to the next, likewise
 PARTS = 4  # of a run, each foretold from the others
 FORETOLD = 0.8  # share of a difference that the motion must foretell, for a change
 MANY = 3.0  # times the readings' own noise that it must come to
@@ -139,7 +140,10 @@ def _judged(
     left = one.rad - np.clip(late_s, -most_s, most_s) * rate
     slack = reading - play(reading, float(np.sqrt(np.square(left).mean())))
     marks = np.column_stack([np.ones(rows.size), reading[rows], rate, slack[rows]])
-    planned = _foretold(marks, left)
+    strokes = _strokes(rate)
+    if strokes[-1] + 1 < FEW_STROKES:
+        return one
+    planned = _foretold(marks, left, strokes)
     size = float(np.square(planned).mean())
     share = 1 - float(np.square(left - planned).sum()) / max(float(np.square(left).sum()), 1e-300)
     if share < FORETOLD or 0.5 * size < (MANY * white_rad) ** 2:
@@ -150,13 +154,22 @@ def _judged(
     return Difference(joint, rows, one.rad, float(np.sqrt(size)), size / max(gap, 1e-300))
 
 
-def _foretold(marks: Floats, values: Floats) -> Floats:
-    """Each of the parts of ``values`` (n,) as a linear fit of ``marks`` (n, p) to the other parts says."""
+def _strokes(rate: Floats) -> NDArray[np.int64]:
+    """(n,) number of the stroke, from one turn of the joint to the next, that each sample belongs to."""
+    way = np.sign(rate)
+    moving = np.maximum.accumulate(np.where(way != 0, np.arange(way.size), 0))
+    return np.cumsum(np.diff(way[moving], prepend=way[0]) != 0)
+
+
+def _foretold(marks: Floats, values: Floats, strokes: NDArray[np.int64]) -> Floats:
+    """Each of the parts of ``values`` (n,) as a linear fit of ``marks`` (n, p) to the other parts says.
+
+    Parts are whole strokes: where a joint comes to rest within one says nothing about the next.
+    """
     out = np.empty_like(values)
-    for part in np.array_split(np.arange(values.size), PARTS):
-        others = np.ones(values.size, dtype=bool)
-        others[part] = False
-        out[part] = marks[part] @ np.linalg.lstsq(marks[others], values[others], rcond=1e-6)[0]
+    for part in np.array_split(np.arange(strokes[-1] + 1), min(PARTS, int(strokes[-1]) + 1)):
+        mine = np.isin(strokes, part)
+        out[mine] = marks[mine] @ np.linalg.lstsq(marks[~mine], values[~mine], rcond=1e-6)[0]
     return out
 
 

@@ -183,3 +183,19 @@ def test_a_servo_that_reads_a_sample_late_is_no_other_robot() -> None:
     late[1:] = late[:-1]
     floor = floor_of([*runs[:-1], replace(runs[-1], measured_rad=late)])
     assert not floor.warnings
+
+
+def test_where_a_joint_sticks_in_one_stroke_says_nothing_of_the_next() -> None:
+    """A slow run turns twice: three strokes, each off by an amount of its own, foretell nothing."""
+    slow = (40, 80, 0.8)
+    runs = [
+        make_run(ROBOT, (), gait, f"run_{i + 1:02d}", seed=i, duration_s=8.0)
+        for i, gait in enumerate((slow, *GAITS[1:], slow))
+    ]
+    turns = np.cumsum(
+        np.diff(np.sign(np.gradient(runs[-1].command_rad, axis=0)), axis=0, prepend=0.0) != 0, axis=0
+    )
+    stuck = np.radians([[0.0], [0.9], [-1.0], [0.8], [0.9]])
+    off = np.take_along_axis(np.repeat(stuck, 2, axis=1), turns, axis=0)
+    runs[-1] = replace(runs[-1], measured_rad=runs[-1].measured_rad + off, repeat_of="run_01")
+    assert not floor_of(runs).warnings

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from snakebot.control.copies import Copies, needed, ticks_to_trip
@@ -14,6 +14,7 @@ def test_ticks_until_the_watchdog_trips(rate_hz: float, ticks: int) -> None:
     assert ticks_to_trip(1 / rate_hz) == ticks
 
 
+@settings(deadline=None)
 @given(st.floats(0.001, 0.3), st.integers(2, 7), st.integers(1, 99))
 def test_the_watchdog_trips_rarely_and_no_copy_is_too_many(share: float, frames: int, ticks: int) -> None:
     def trips(copies: int) -> float:
@@ -31,6 +32,7 @@ def test_more_copies_for_a_while_after_a_loss() -> None:
     assert [copies.number(t_s) for t_s in (1.0, 2.9, 3.1)] == [2, 2, 1]
 
 
+@settings(deadline=None)
 @given(st.floats(20, 1000), st.integers(1, 16), st.floats(80, 10_000))
 def test_copies_do_not_fill_the_line(rate_hz: float, joints: int, line_frames_per_s: float) -> None:
     copies = Copies(1 / rate_hz, joints, line_frames_per_s)

@@ -125,14 +125,22 @@ def _marked(runs: Sequence[Run], hold_out: Sequence[str], repeat: Sequence[str])
 @click.argument("folder", type=PATH)
 @JSON_OPTION
 def check(folder: Path, as_json: bool) -> None:
-    """Read the session FOLDER strictly: what is in it, or what is wrong, by file, row and column."""
+    """Read the session FOLDER strictly: what is in it, or what is wrong, by file, row and column.
+
+    What a diagnosis would refuse or doubt (degrees in place of radians, nothing that moves) is told as well.
+    """
     import numpy as np
 
+    from snakebot.diagnosis.sanity import check_session
     from snakebot.runlog import read_session
 
     if not folder.exists():
         raise BadInputError(f"{folder}: no such folder")
     session = read_session(folder)
+    try:
+        doubts = check_session(session)
+    except BadInputError as error:
+        doubts = [str(error)]
     rows = [
         {
             "run": run.name,
@@ -154,7 +162,7 @@ def check(folder: Path, as_json: bool) -> None:
             "joints": session.robot.joints,
             "body": session.robot.body is not None,
         }
-        click.echo(json.dumps(result | {"runs": rows, "warnings": list(session.warnings)}))
+        click.echo(json.dumps(result | {"runs": rows, "warnings": [*session.warnings, *doubts]}))
         return
     body = "with a body" if session.robot.body is not None else "on a bench"
     joints = f"{session.robot.joints} joint{'s' if session.robot.joints > 1 else ''}"
@@ -170,3 +178,5 @@ def check(folder: Path, as_json: bool) -> None:
         about += [f"repeats {row['repeat_of']}"] if row["repeat_of"] else []
         about += ["held out"] if row["hold_out"] else []
         click.echo(f"  {row['run']:<{width}}  {', '.join(about)}")
+    for doubt in doubts:
+        click.echo(f"for a diagnosis: {doubt}")

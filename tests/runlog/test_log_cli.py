@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -223,6 +224,11 @@ def test_session_make_and_check(tmp_path: Path, capsys: Capture) -> None:
         new = ("session", "make", tmp_path / "u", tmp_path / "runs", "--no-find-repeats", *marks)
         assert said in snakebot(capsys, *new, status=2)
     assert not (tmp_path / "u").exists()
+    degrees = "".join(f"{t / 50},{30 * math.sin(t / 25)},{0.5 * math.sin(t / 25)}\n" for t in range(500))
+    (tmp_path / "deg").mkdir()
+    (tmp_path / "deg" / "a.csv").write_text("t_s,cmd_1_rad,enc_1_rad\n" + degrees)
+    (tmp_path / "deg" / "session.yaml").write_text("robot: {joints: 1}\nruns: [{file: a.csv}]\n")
+    assert "are these degrees?" in snakebot(capsys, "session", "check", tmp_path / "deg")
     assert "no such folder" in snakebot(capsys, "session", "check", tmp_path / "nope", status=2)
     (tmp_path / "s" / "a.csv").write_text("t_s,cmd_1_rad\n")
     assert "a.csv: row 1: column" in snakebot(capsys, "session", "check", tmp_path / "s", status=2)

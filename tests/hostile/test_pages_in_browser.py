@@ -82,7 +82,7 @@ def snakebot(*words: object) -> int:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A session and two logs; every name and every text in them is hostile."""
+    """A session and three logs; every name and every text in them is hostile."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "diagnosis"))
     from sessions import bench, make_session
 
@@ -99,7 +99,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         path.rename(path.with_name(f"{number}{FILE}.csv"))
         described = described.replace(path.name, '"' + f"{number}{FILE}.csv".replace('"', '\\"') + '"')
     (place / "session" / "session.yaml").write_text(described)
-    for name, run in ((f"a{FILE}", session.runs[0]), (f"b{FILE}", session.runs[1])):
+    first, other = session.runs[:2]
+    for name, run in ((f"a{FILE}", first), (f"b{FILE}", other), (f"c{FILE}", first)):
         with RunWriter(place / name, robot, {"notes": EVIL, EVIL: EVIL}, start_time_ns=0) as writer:
             for count, t_s in enumerate(run.t_s):
                 command, measured = run.command_rad[count], run.measured_rad[count]
@@ -126,7 +127,7 @@ PAGES = {
     "analyze a session": ["analyze", "{}/session"],
     "analyze logs": ["analyze", "{}/a" + FILE + ".mcap", "{}/b" + FILE + ".mcap"],
     "compare": ["compare", "{}/a" + FILE + ".mcap"],
-    "compare two": ["compare", "{}/a" + FILE + ".mcap", "{}/b" + FILE + ".mcap"],
+    "compare two": ["compare", "{}/a" + FILE + ".mcap", "{}/c" + FILE + ".mcap"],
     "diagnose": ["diagnose", "{}/session", "--quick", "--only", "rate_limit", "--only", "servo_lag"],
     "diagnose logs": [
         "diagnose",

@@ -45,6 +45,13 @@ def _blend_integral(s: float) -> float:
     return c**4 * (2.5 + c * (-3 + c)) + max(s - 1.0, 0.0)
 
 
+def check_times(duration_s: float, ramp_s: float) -> None:
+    """Raises: BadInputError: a time is negative, not a number, or longer than any run."""
+    for name, value, most in (("duration", duration_s, LONGEST_S), ("ramp", ramp_s, LONGEST_RAMP_S)):
+        if not 0 <= value <= most:
+            raise BadInputError(f"{name} is {value:g} s; it must be zero to {most:g}")
+
+
 class Motion(ABC):
     """Joint angles as a function of the time since the motion began."""
 
@@ -101,9 +108,7 @@ class GaitMotion(Motion):
         Raises:
             BadInputError: a time is negative or not a number, or the ramps do not fit into the duration.
         """
-        for name, value, most in (("duration", duration_s, LONGEST_S), ("ramp", ramp_s, LONGEST_RAMP_S)):
-            if not 0 <= value <= most:
-                raise BadInputError(f"{name} is {value:g} s; it must be zero to {most:g}")
+        check_times(duration_s, ramp_s)
         if not duration_s >= 2 * ramp_s:
             raise BadInputError(
                 f"a run of {duration_s:g} s has no room for two ramps of {ramp_s:g} s: "

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.errors import BadInputError
-from snakebot.gait.motion import LONGEST_RAMP_S, LONGEST_S, Motion
+from snakebot.gait.motion import Motion, check_times
 from snakebot.gait.probe import Probe
 
 Floats = NDArray[np.float64]
@@ -45,9 +45,7 @@ class ProbeMotion(Motion):
         Raises:
             BadInputError: a time is negative or not a number, or not one cycle fits; a joint that does not exist.
         """
-        for name, value, most in (("duration", duration_s, LONGEST_S), ("ramp", ramp_s, LONGEST_RAMP_S)):
-            if not 0 <= value <= most:
-                raise BadInputError(f"{name} is {value:g} s; it must be zero to {most:g}")
+        check_times(duration_s, ramp_s)
         self.probe = probe
         self.joints = joints
         self.duration_s = duration_s

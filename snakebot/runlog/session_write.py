@@ -64,12 +64,11 @@ def write_session(
         for run in runs:
             write_table(folder / files[run.name], run_columns(run))
         text = dump_yaml({"robot": robot.to_mapping(), "runs": [_entry(run, files) for run in runs]})
-        temporary = folder / f".{SESSION_FILE}.tmp"
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(folder / SESSION_FILE)
+        with replacing(folder / SESSION_FILE) as whole:
+            whole.write_text(text, encoding="utf-8")
     except OSError as error:
         if ours:
-            _take_away(folder, [*files.values(), f".{SESSION_FILE}.tmp"], new)
+            _take_away(folder, files.values(), new)
         raise BadInputError(f"{folder}: cannot write the session: {error.strerror}") from None
     return folder
 

@@ -1,7 +1,8 @@
 """Groups of three joints put together: set-points behind a latch, samples behind a state.
 
 A set-point for all joints, and a sample of all joints, need several frames. Both ends use these classes so that no
-torn mix of two ticks is ever executed or reported.
+torn mix of two ticks is ever executed or reported. They go from integers to frames and back: a tick has ten group
+frames and no use for ten messages.
 """
 
 from __future__ import annotations
@@ -9,8 +10,9 @@ from __future__ import annotations
 import math
 import struct
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from firmware_protocol.catalogue import (
@@ -22,11 +24,18 @@ from firmware_protocol.catalogue import (
     Message,
     Setpoint,
     State,
+    decode,
+    encode,
+    encode_values,
+    frame_id,
+    layout,
 )
-from firmware_protocol.frame import ProtocolError
+from firmware_protocol.frame import Frame, ProtocolError
+from firmware_protocol.packing import function
 
 GROUP = 3  # joints a frame
 ANGLE_STEP_RAD = 1e-4  # one bit of an angle on the wire, as in the DBC
+LARGEST = 32767  # integer of an angle or a count on the wire
 SEQUENCE_MASK = 0xFFFF
 SHORT_MASK = 0xFFF  # what a group frame keeps of a sequence or sample number
 _KEPT = 4  # unfinished set-points or samples that are remembered before the oldest is given up
@@ -48,22 +57,96 @@ def _forget_older(parts: dict[int, Any], complete: int) -> int:
     return len(older)
 
 
+def raw_angles(angles_rad: Sequence[float]) -> list[int]:
+    """The angles as the integers that the wire carries.
+
+    Raises:
+        ProtocolError: one is not a number, or outside +-3.2767 rad.
+    """
+    try:
+        raw = [round(angle / ANGLE_STEP_RAD) for angle in angles_rad]
+    except (ValueError, OverflowError):
+        bad = next(angle for angle in angles_rad if not math.isfinite(angle / ANGLE_STEP_RAD))
+        raise ProtocolError(f"{bad} is no angle") from None
+    if raw and not -LARGEST <= min(raw) <= max(raw) <= LARGEST:
+        bad = max(angles_rad, key=abs)
+        raise ProtocolError(f"{bad:.4f} rad is outside the wire's +-3.2767 rad")
+    return raw
+
+
 def to_wire(angle_rad: float) -> float:
     """The angle as the wire carries it.
 
     Raises:
         ProtocolError: not a number, or outside +-3.2767 rad.
     """
-    return _raw(angle_rad) * ANGLE_STEP_RAD
+    return raw_angles([angle_rad])[0] * ANGLE_STEP_RAD
 
 
-def _raw(angle_rad: float) -> int:
-    if not math.isfinite(angle_rad):
-        raise ProtocolError(f"{angle_rad} is no angle")
-    raw = round(angle_rad / ANGLE_STEP_RAD)
-    if abs(raw) > 32767:
-        raise ProtocolError(f"{angle_rad:.4f} rad is outside the wire's +-3.2767 rad")
-    return raw
+class _GroupFrames:
+    """Group frames of one message: a number, the group's index and three integers."""
+
+    def __init__(self, cls: type[Message], filler: int = 0) -> None:
+        self.id = frame_id(cls)
+        self._layout = layout(cls)
+        self._split = self._layout.split
+        self._filler = filler
+        self._joins: dict[int, Callable[[int, Sequence[int]], list[Frame]]] = {}
+
+    def join(self, number: int, raw: Sequence[int]) -> list[Frame]:
+        """The frames that carry these integers, three each."""
+        joints = len(raw)
+        if joints not in self._joins:
+            self._joins[joints] = self._join_of(joints)
+        return self._joins[joints](number, raw)
+
+    def _join_of(self, joints: int) -> Callable[[int, Sequence[int]], list[Frame]]:
+        """All frames in one expression: what is called for every frame of every tick costs more than it does."""
+        raws = [f"raw[{joint}]" for joint in range(joints)] + [str(self._filler)] * (-joints % GROUP)
+        data = [
+            self._layout.joined(["number", str(group), *raws[GROUP * group : GROUP * (group + 1)]])
+            for group in range(groups(joints))
+        ]
+        return function(
+            ["number", "raw"], f"[{', '.join(f'Frame({self.id}, {each})' for each in data)}]", Frame=Frame
+        )
+
+    def split(self, frame: Frame) -> tuple[int, int, list[int]]:
+        """Number, group and integers.
+
+        Raises:
+            ProtocolError: the length is not the message's.
+        """
+        if len(frame.data) != self._layout.length:
+            raise ProtocolError(f"{frame}: {len(frame.data)} bytes, not {self._layout.length}")
+        number, group, *raw = self._split(frame.data)
+        return number, group, raw
+
+
+class _Wire:
+    """What the DBC says about the frames of a tick."""
+
+    def __init__(self) -> None:
+        self.setpoint, self.applied = _GroupFrames(Setpoint), _GroupFrames(Applied)
+        self.measured = _GroupFrames(Measured, NO_READING)
+        self.latch_id, self.state_id = frame_id(Latch), frame_id(State)
+        self.setpoint_ids = frozenset({self.setpoint.id, self.latch_id})
+        self.sample_ids = frozenset({self.state_id, self.measured.id, self.applied.id})
+
+
+@cache
+def _wire() -> _Wire:
+    return _Wire()
+
+
+def setpoint_ids() -> frozenset[int]:
+    """Identifiers of the frames that a ``SetpointAssembler`` takes."""
+    return _wire().setpoint_ids
+
+
+def sample_ids() -> frozenset[int]:
+    """Identifiers of the frames that a ``SampleAssembler`` takes."""
+    return _wire().sample_ids
 
 
 def setpoint_crc(sequence: int, angles_rad: Sequence[float]) -> int:
@@ -71,32 +154,41 @@ def setpoint_crc(sequence: int, angles_rad: Sequence[float]) -> int:
 
     It spans all groups: a group frame that was corrupted and still passed its own check cannot be executed.
     """
-    raw = [_raw(angle) for angle in angles_rad]
+    return _raw_crc(sequence, raw_angles(angles_rad))
+
+
+def _raw_crc(sequence: int, raw: Sequence[int]) -> int:
     return zlib.crc32(struct.pack(f"<HB{len(raw)}h", sequence & SEQUENCE_MASK, len(raw), *raw))
 
 
+def setpoint_frames(sequence: int, raw: Sequence[int], interval_s: float) -> list[Frame]:
+    """One tick's set-point for all joints, as ``raw_angles`` gives it: its groups, then the latch.
+
+    Raises:
+        ProtocolError: no joints or too many, an interval that the wire cannot carry.
+    """
+    joints = len(raw)
+    if not 1 <= joints <= MAX_JOINTS:
+        raise ProtocolError(f"{joints} joints; the protocol carries 1 to {MAX_JOINTS}")
+    frames = _wire().setpoint.join(sequence & SHORT_MASK, raw)
+    crc = _raw_crc(sequence, raw)
+    frames.append(encode_values(Latch, sequence & SEQUENCE_MASK, joints, interval_s, crc))
+    return frames
+
+
 def setpoint_messages(sequence: int, angles_rad: Sequence[float], interval_s: float) -> list[Message]:
-    """One tick's set-point for all joints: its groups, then the latch.
+    """The messages in ``setpoint_frames``, for whoever wants to change one.
 
     Raises:
         ProtocolError: no joints or too many, an angle or an interval that the wire cannot carry.
     """
-    joints = len(angles_rad)
-    if not 1 <= joints <= MAX_JOINTS:
-        raise ProtocolError(f"{joints} joints; the protocol carries 1 to {MAX_JOINTS}")
-    padded = [to_wire(angle) for angle in angles_rad] + [0.0] * (-joints % GROUP)
-    messages: list[Message] = [
-        Setpoint(sequence & SHORT_MASK, group, *padded[GROUP * group : GROUP * (group + 1)])
-        for group in range(groups(joints))
-    ]
-    messages.append(Latch(sequence & SEQUENCE_MASK, joints, interval_s, setpoint_crc(sequence, angles_rad)))
-    return messages
+    return [decode(frame) for frame in setpoint_frames(sequence, raw_angles(angles_rad), interval_s)]
 
 
 @dataclass(slots=True)
 class _Parts:
     latch: Latch | None = None
-    groups: dict[int, Setpoint] = field(default_factory=dict)
+    groups: dict[int, list[int]] = field(default_factory=dict)
 
 
 class SetpointAssembler:
@@ -105,41 +197,61 @@ class SetpointAssembler:
     def __init__(self, joints: int) -> None:
         self.joints = joints
         self.dropped = 0  # given up incomplete, or with a CRC that did not agree
+        self._groups = groups(joints)
         self._parts: dict[int, _Parts] = {}
+        self._wire = _wire()
 
     def reset(self) -> None:
         """Forget what is unfinished."""
         self._parts.clear()
 
     def add(self, message: Setpoint | Latch) -> tuple[Latch, tuple[float, ...]] | None:
-        """The latch and all angles (rad) as soon as they are complete, in any order of arrival."""
-        key = message.sequence & SHORT_MASK
+        """``take`` for a message."""
+        return self.take(encode(message))
+
+    def take(self, frame: Frame) -> tuple[Latch, tuple[float, ...]] | None:
+        """The latch and all angles (rad) as soon as they are complete, in any order of arrival.
+
+        Raises:
+            ProtocolError: the frame is no Setpoint or Latch.
+        """
+        if frame.id == self._wire.setpoint.id:
+            key, group, raw = self._wire.setpoint.split(frame)
+            parts = self._parts_of(key)
+            parts.groups[group] = raw
+        else:
+            latch = decode(frame)
+            if not isinstance(latch, Latch):
+                raise ProtocolError(f"{frame}: no part of a set-point")
+            key = latch.sequence & SHORT_MASK
+            parts = self._parts_of(key)
+            parts.latch = latch
+        if parts.latch is None or len(parts.groups) < self._groups:
+            return None
+        del self._parts[key]
+        return self._complete(parts.latch, parts.groups)
+
+    def _parts_of(self, key: int) -> _Parts:
         parts = self._parts.get(key)
         if parts is None:
             parts = self._parts[key] = _Parts()
             if len(self._parts) > _KEPT:
                 del self._parts[next(iter(self._parts))]
                 self.dropped += 1
-        if isinstance(message, Latch):
-            parts.latch = message
-        else:
-            parts.groups[message.group] = message
-        if parts.latch is None or len(parts.groups) < groups(self.joints):
-            return None
-        del self._parts[key]
-        ordered = [parts.groups.get(index) for index in range(groups(self.joints))]
-        angles = [
-            angle for part in ordered if part for angle in (part.first_rad, part.second_rad, part.third_rad)
-        ][: self.joints]
-        latch = parts.latch
-        if latch.joints != self.joints or len(angles) < self.joints:
+        return parts
+
+    def _complete(self, latch: Latch, parts: dict[int, list[int]]) -> tuple[Latch, tuple[float, ...]] | None:
+        raw = [angle for group in range(self._groups) for angle in parts.get(group, ())][: self.joints]
+        if (
+            latch.joints != self.joints
+            or len(raw) < self.joints
+            or _raw_crc(latch.sequence, raw) != latch.crc32
+        ):
             self.dropped += 1
             return None
-        if setpoint_crc(latch.sequence, angles) != latch.crc32:
-            self.dropped += 1
-            return None
-        self.dropped += _forget_older(self._parts, key)
-        return latch, tuple(angles)
+        if self._parts:
+            self.dropped += _forget_older(self._parts, latch.sequence & SHORT_MASK)
+        return latch, tuple([angle * ANGLE_STEP_RAD for angle in raw])
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,32 +263,40 @@ class Sample:
     applied_rad: tuple[float, ...]
 
 
-def sample_messages(
+def sample_frames(
     state: State, measured_counts: Sequence[int | None], applied_rad: Sequence[float]
-) -> list[Message]:
+) -> list[Frame]:
     """The frames of one sample: state, then the groups of measured and applied angles.
 
     Counts beyond 16 bits are reported as no reading: a wrong angle would be worse than none.
+
+    Raises:
+        ProtocolError: an angle or a value of the state that the wire cannot carry.
     """
-    joints = len(measured_counts)
-    counts = [NO_READING if c is None or abs(c) > 32767 else c for c in measured_counts]
-    counts += [NO_READING] * (-joints % GROUP)
-    applied = [to_wire(angle) for angle in applied_rad] + [0.0] * (-joints % GROUP)
-    messages: list[Message] = [state]
-    for group in range(groups(joints)):
-        part = slice(GROUP * group, GROUP * (group + 1))
-        messages.append(Measured(state.sample, group, *counts[part]))
-    for group in range(groups(joints)):
-        part = slice(GROUP * group, GROUP * (group + 1))
-        messages.append(Applied(state.sample, group, *applied[part]))
-    return messages
+    wire = _wire()
+    counts = [
+        NO_READING if count is None or not -LARGEST <= count <= LARGEST else count
+        for count in measured_counts
+    ]
+    return [
+        encode(state),
+        *wire.measured.join(state.sample, counts),
+        *wire.applied.join(state.sample, raw_angles(applied_rad)),
+    ]
+
+
+def sample_messages(
+    state: State, measured_counts: Sequence[int | None], applied_rad: Sequence[float]
+) -> list[Message]:
+    """The messages in ``sample_frames``, for whoever wants to change one."""
+    return [decode(frame) for frame in sample_frames(state, measured_counts, applied_rad)]
 
 
 @dataclass(slots=True)
 class _SampleParts:
     state: State | None = None
-    measured: dict[int, Measured] = field(default_factory=dict)
-    applied: dict[int, Applied] = field(default_factory=dict)
+    measured: dict[int, list[int]] = field(default_factory=dict)
+    applied: dict[int, list[int]] = field(default_factory=dict)
 
 
 class SampleAssembler:
@@ -185,40 +305,64 @@ class SampleAssembler:
     def __init__(self, joints: int) -> None:
         self.joints = joints
         self.dropped = 0
+        self._groups = groups(joints)
         self._parts: dict[int, _SampleParts] = {}
+        self._wire = _wire()
 
     def reset(self) -> None:
         """Forget what is unfinished: the board has rebooted or the link was opened anew."""
         self._parts.clear()
 
     def add(self, message: State | Measured | Applied) -> Sample | None:
-        """The sample as soon as it is complete, in any order of arrival."""
-        parts = self._parts.get(message.sample)
+        """``take`` for a message."""
+        return self.take(encode(message))
+
+    def take(self, frame: Frame) -> Sample | None:
+        """The sample as soon as it is complete, in any order of arrival.
+
+        Raises:
+            ProtocolError: the frame is no State, Measured or Applied.
+        """
+        wire = self._wire
+        if frame.id == wire.measured.id:
+            key, group, raw = wire.measured.split(frame)
+            parts = self._parts_of(key)
+            parts.measured[group] = raw
+        elif frame.id == wire.applied.id:
+            key, group, raw = wire.applied.split(frame)
+            parts = self._parts_of(key)
+            parts.applied[group] = raw
+        else:
+            state = decode(frame)
+            if not isinstance(state, State):
+                raise ProtocolError(f"{frame}: no part of a sample")
+            key = state.sample
+            parts = self._parts_of(key)
+            parts.state = state
+        if parts.state is None or len(parts.measured) < self._groups or len(parts.applied) < self._groups:
+            return None
+        del self._parts[key]
+        if self._parts:
+            self.dropped += _forget_older(self._parts, key)
+        return self._complete(parts.state, parts)
+
+    def _parts_of(self, key: int) -> _SampleParts:
+        parts = self._parts.get(key)
         if parts is None:
-            parts = self._parts[message.sample] = _SampleParts()
+            parts = self._parts[key] = _SampleParts()
             if len(self._parts) > _KEPT:
                 del self._parts[next(iter(self._parts))]
                 self.dropped += 1
-        if isinstance(message, State):
-            parts.state = message
-        elif isinstance(message, Measured):
-            parts.measured[message.group] = message
-        else:
-            parts.applied[message.group] = message
-        count = groups(self.joints)
-        if parts.state is None or len(parts.measured) < count or len(parts.applied) < count:
-            return None
-        del self._parts[message.sample]
-        self.dropped += _forget_older(self._parts, message.sample)
-        if any(index not in parts.measured or index not in parts.applied for index in range(count)):
+        return parts
+
+    def _complete(self, state: State, parts: _SampleParts) -> Sample | None:
+        counts = [count for group in range(self._groups) for count in parts.measured.get(group, ())]
+        applied = [angle for group in range(self._groups) for angle in parts.applied.get(group, ())]
+        if min(len(counts), len(applied)) < GROUP * self._groups:
             self.dropped += 1
             return None
-        counts: list[int | None] = []
-        applied: list[float] = []
-        for index in range(count):
-            m, a = parts.measured[index], parts.applied[index]
-            counts += [
-                None if c == NO_READING else c for c in (m.first_counts, m.second_counts, m.third_counts)
-            ]
-            applied += [a.first_rad, a.second_rad, a.third_rad]
-        return Sample(parts.state, tuple(counts[: self.joints]), tuple(applied[: self.joints]))
+        return Sample(
+            state,
+            tuple([None if count == NO_READING else count for count in counts[: self.joints]]),
+            tuple([angle * ANGLE_STEP_RAD for angle in applied[: self.joints]]),
+        )

@@ -19,71 +19,24 @@ from cantools.database.can import Database
 from cantools.database.can import Message as DbcMessage
 
 from firmware_protocol.dbc import read_dbc
+from firmware_protocol.enumerations import Fault as Fault
+from firmware_protocol.enumerations import JointMode as JointMode
+from firmware_protocol.enumerations import LimitKind as LimitKind
+from firmware_protocol.enumerations import Mode as Mode
+from firmware_protocol.enumerations import Result as Result
+from firmware_protocol.enumerations import StopReason as StopReason
 from firmware_protocol.frame import Frame, ProtocolError
 from firmware_protocol.packing import Layout
 
-PROTOCOL_MAJOR = 1
+PROTOCOL_MAJOR = 2
 PROTOCOL_MINOR = 0
 MAX_JOINTS = 16
 NO_READING = -32768  # in Measured: this joint has no encoder reading
 NOBODY = 0  # as holder: no host has armed the board
-
-
-class Mode(IntEnum):
-    """What the board is doing. PROTOCOL.md has the table of transitions."""
-
-    DISARMED = 0
-    ARMED = 1
-    HOLDING = 2
-    STOPPED = 3
-    FAULT = 4
-
-
-class Fault(IntEnum):
-    """Why the board is in mode FAULT or STOPPED."""
-
-    NONE = 0
-    WATCHDOG = 1
-    EMERGENCY_STOP = 2
-    SERVO = 3
-    UNDERVOLTAGE = 4
-    OVERCURRENT = 5
-    OVERTEMPERATURE = 6
-    ENCODER = 7
-    INTERNAL = 8
-
-
-class StopReason(IntEnum):
-    USER = 0
-    LATE = 1
-    EXCEPTION = 2
-    EXTERNAL = 3
-
-
-class JointMode(IntEnum):
-    """RIGID holds the joint at the angle given, RIGID_HERE at the angle where it is."""
-
-    ACTIVE = 0
-    FREE = 1
-    RIGID = 2
-    RIGID_HERE = 3
-
-
-class LimitKind(IntEnum):
-    ANGLE = 0
-    SPEED = 1
-    ACCELERATION = 2
-
-
-class Result(IntEnum):
-    """Answer to a request. ``detail`` of the acknowledgement: FORBIDDEN the board's mode, HELD the holder."""
-
-    OK = 0
-    BAD_VALUE = 1
-    BAD_JOINT = 2
-    FORBIDDEN = 3
-    HELD = 4
-    UNSUPPORTED = 5
+# Largest trim. A servo horn sits on a spline of 21 to 25 teeth: the nearest tooth is at most 0.15 rad off, and the
+# servo's own centre about as much again. More is a horn on the wrong tooth.
+MAX_TRIM_RAD = 0.3
+LATCHES = 64  # numbers of a latch before they begin again
 
 
 class Message:
@@ -105,6 +58,7 @@ class FaultEvent(Message):
     enums: ClassVar[dict[str, type[IntEnum]]] = {"code": Fault}
     code: Fault
     joint: int = 0  # 0: not one joint's
+    number: int = 0  # of the latch
     detail: int = 0
     board_time_us: int = 0
 
@@ -215,12 +169,29 @@ class ZeroRequest(Message):
 
 
 @dataclass(frozen=True, slots=True)
+class ClearRequest(Message):
+    token: int
+    number: int  # of the latch, as FaultEvent has it
+    host: int
+
+
+@dataclass(frozen=True, slots=True)
+class JointLimits(Message):
+    joint: int
+    angle_rad: float
+    speed_rad_s: float
+    acceleration_rad_s2: float
+
+
+@dataclass(frozen=True, slots=True)
 class Acknowledge(Message):
-    enums: ClassVar[dict[str, type[IntEnum]]] = {"result": Result}
+    enums: ClassVar[dict[str, type[IntEnum]]] = {"result": Result, "mode": Mode}
     token: int
     result: Result
+    mode: Mode
     request: int  # identifier of the message that is answered
-    detail: int = 0
+    detail: int
+    host: int  # whose request it was
 
 
 @dataclass(frozen=True, slots=True)
@@ -362,6 +333,11 @@ def frame_id(cls: type[Message]) -> int:
     return _codecs()[0][cls].id
 
 
+def layout(cls: type[Message]) -> Layout:
+    """Where a message's signals are, in the order of the class's fields."""
+    return _codecs()[0][cls].layout
+
+
 def encode(message: Message) -> Frame:
     """A message as a frame.
 
@@ -370,6 +346,16 @@ def encode(message: Message) -> Frame:
     """
     codec = _codecs()[0][type(message)]
     return Frame(codec.id, codec.layout.pack(codec.values(message)))
+
+
+def encode_values(cls: type[Message], *values: float) -> Frame:
+    """A message's values, in the order of its fields, as its frame; for those who have no use for the message.
+
+    Raises:
+        ProtocolError: as ``encode``.
+    """
+    codec = _codecs()[0][cls]
+    return Frame(codec.id, codec.layout.pack(values))
 
 
 def decode(frame: Frame) -> Message:

@@ -1,18 +1,55 @@
 """One message's signals to and from bytes, as the DBC lays them out.
 
 A control loop packs and unpacks ten frames a tick. What cantools looks up anew each time (ranges, scales, positions) is
-looked up once here; a test holds the result against cantools, value by value.
+looked up once here and written out as one expression a message, the way ``dataclasses`` writes its methods; a test
+holds the result against cantools, value by value.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 from cantools.database.can import Message as DbcMessage
 
 from firmware_protocol.frame import ProtocolError
 
 _TOLERANCE = 1e-6  # of a signal's scale: a limit that floating point misses by a hair is met
+
+
+class _Field(NamedTuple):
+    """Where a signal is, and what it may hold; its methods give Python expressions."""
+
+    name: str
+    start: int  # bits
+    length: int  # bits
+    signed: bool
+    low: float
+    high: float
+    scale: float
+    offset: float
+
+    @property
+    def plain(self) -> bool:
+        """It carries whole numbers as they are."""
+        return self.scale == 1 and self.offset == 0
+
+    def fits(self, value: str) -> str:
+        return f"{self.low!r} <= {value} <= {self.high!r}"
+
+    def to_raw(self, value: str) -> str:
+        return f"round({value})" if self.plain else f"round(({value} - {self.offset!r}) / {self.scale!r})"
+
+    def from_raw(self, raw: str) -> str:
+        return raw if self.plain else f"({raw}) * {self.scale!r} + {self.offset!r}"
+
+    def into_bits(self, raw: str) -> str:
+        return f"({raw} & {(1 << self.length) - 1:#x}) << {self.start}"
+
+    def out_of_bits(self) -> str:
+        raw, sign = f"(bits >> {self.start} & {(1 << self.length) - 1:#x})", 1 << (self.length - 1)
+        return f"({raw} ^ {sign:#x}) - {sign:#x}" if self.signed else raw
 
 
 class Layout:
@@ -22,6 +59,12 @@ class Layout:
         definition: the message in the DBC; little-endian integers with a scale, and none of them multiplexed.
         names: the signals in the order in which values are given and returned.
 
+    Attributes:
+        length: of the message, bytes.
+        join: the integers on the wire, in the order of ``names``, to bytes; each is cut to its signal's length.
+        split: bytes to the integers on the wire.
+        unpack: bytes to the values; those without a scale are whole numbers.
+
     Raises:
         ProtocolError: a signal is missing, or of another kind.
     """
@@ -29,31 +72,23 @@ class Layout:
     def __init__(self, definition: DbcMessage, names: Sequence[str]) -> None:
         self.length = definition.length
         self._name = definition.name
-        self._out: list[tuple[str, float, float, float, float, bool, int, int]] = []
-        self._in: list[tuple[int, int, int, float, float, bool]] = []
-        for name in names:
-            try:
-                signal = definition.get_signal_by_name(name)
-            except KeyError:
-                raise ProtocolError(f"{self._name}: the DBC gives it no signal {name}") from None
-            if (
-                signal.byte_order != "little_endian"
-                or signal.conversion.is_float
-                or signal.minimum is None
-                or signal.maximum is None
-                or not signal.conversion.scale
-            ):
-                raise ProtocolError(
-                    f"{self._name}: {name} is no little-endian integer with a scale and a range"
-                )
-            scale, offset = signal.conversion.scale, signal.conversion.offset
-            plain = scale == 1 and offset == 0
-            slack = 0 if plain else abs(scale) * _TOLERANCE
-            low, high = signal.minimum - slack, signal.maximum + slack
-            mask = (1 << signal.length) - 1
-            sign = 1 << (signal.length - 1) if signal.is_signed else 0
-            self._out.append((name, low, high, scale, offset, plain, mask, signal.start))
-            self._in.append((signal.start, mask, sign, scale, offset, plain))
+        self._fields = [_field(definition, name) for name in names]
+        values = [f"v{index}" for index in range(len(names))]
+        pairs = list(zip(self._fields, values, strict=True))
+        self.join: Callable[..., bytes] = function(values, self.joined(values))
+        fits = " and ".join(field.fits(value) for field, value in pairs) or "True"
+        packed = _to_bytes([field.into_bits(field.to_raw(value)) for field, value in pairs], self.length)
+        self._pack: Callable[..., bytes | None] = function(values, f"{packed} if {fits} else None")
+        raws = [field.out_of_bits() for field in self._fields]
+        self.split: Callable[[bytes], list[int]] = _from_bytes(raws)
+        self.unpack: Callable[[bytes], list[float]] = _from_bytes(
+            [field.from_raw(raw) for field, raw in zip(self._fields, raws, strict=True)]
+        )
+
+    def joined(self, raws: Sequence[str]) -> str:
+        """What ``join`` does with these expressions, as an expression."""
+        pairs = zip(self._fields, raws, strict=True)
+        return _to_bytes([field.into_bits(raw) for field, raw in pairs], self.length)
 
     def pack(self, values: Sequence[float]) -> bytes:
         """Values, in the order of ``names``, as bytes.
@@ -61,26 +96,60 @@ class Layout:
         Raises:
             ProtocolError: a value is outside its signal's range, or not a number.
         """
-        bits = 0
-        for value, (name, low, high, scale, offset, plain, mask, start) in zip(
-            values, self._out, strict=True
-        ):
-            try:
-                if not low <= value <= high:
-                    raise ProtocolError(f"{self._name}: {name} is {value}, outside {low:g} to {high:g}")
-                raw = round(value if plain else (value - offset) / scale)
-                bits |= (raw & mask) << start
-            except TypeError:
-                raise ProtocolError(f"{self._name}: {name} is {value!r}, which is not a number") from None
-        return bits.to_bytes(self.length, "little")
+        try:
+            data = self._pack(*values)
+        except TypeError:
+            data = None
+        if data is None:
+            raise self._refused(values)
+        return data
 
-    def unpack(self, data: bytes) -> list[float]:
-        """The values, in the order of ``names``; those without a scale are whole numbers."""
-        bits = int.from_bytes(data, "little")
-        values: list[float] = []
-        for start, mask, sign, scale, offset, plain in self._in:
-            raw = bits >> start & mask
-            if raw & sign:
-                raw -= mask + 1
-            values.append(raw if plain else raw * scale + offset)
-        return values
+    def _refused(self, values: Sequence[float]) -> ProtocolError:
+        """What is wrong with values that do not fit."""
+        for value, field in zip(values, self._fields, strict=True):
+            name = f"{self._name}: {field.name}"
+            try:
+                if not field.low <= value <= field.high:
+                    return ProtocolError(f"{name} is {value}, outside {field.low:g} to {field.high:g}")
+                round(value)
+            except TypeError:
+                return ProtocolError(f"{name} is {value!r}, which is not a number")
+        raise AssertionError(f"{self._name}: {values} fit")
+
+
+def _field(definition: DbcMessage, name: str) -> _Field:
+    try:
+        signal = definition.get_signal_by_name(name)
+    except KeyError:
+        raise ProtocolError(f"{definition.name}: the DBC gives it no signal {name}") from None
+    scale, offset = signal.conversion.scale, signal.conversion.offset
+    low, high = signal.minimum, signal.maximum
+    if (
+        signal.byte_order != "little_endian"
+        or signal.conversion.is_float
+        or low is None
+        or high is None
+        or not scale
+        or not all(map(math.isfinite, (scale, offset, low, high)))
+    ):
+        raise ProtocolError(f"{definition.name}: {name} is no little-endian integer with a scale and a range")
+    slack = 0 if scale == 1 and offset == 0 else abs(scale) * _TOLERANCE
+    return _Field(
+        name, signal.start, signal.length, signal.is_signed, low - slack, high + slack, scale, offset
+    )
+
+
+def _to_bytes(bits: Sequence[str], length: int) -> str:
+    return f"({' | '.join(bits) or 0}).to_bytes({length}, 'little')"
+
+
+def _from_bytes(values: Sequence[str]) -> Callable[[bytes], list[Any]]:
+    return function(["data"], f"[{', '.join(values)}]", "bits = int.from_bytes(data, 'little')")
+
+
+def function(arguments: Sequence[str], result: str, before: str = "pass", **known: Any) -> Callable[..., Any]:
+    """A function made of expressions over numbers and of what is ``known``; none may be text out of a DBC."""
+    made: dict[str, Any] = {}
+    exec(f"def made({', '.join(arguments)}):\n {before}\n return {result}", known, made)
+    written: Callable[..., Any] = made["made"]
+    return written

@@ -1,4 +1,5 @@
-"""Time for loops: the machine's monotonic clock with sharp deadlines, or a virtual one that work drives."""
+"""Time for loops: the machine's monotonic clock with sharp deadlines, the same without the standstills of this process,
+or a virtual one that work drives."""
 
 from __future__ import annotations
 
@@ -11,9 +12,9 @@ import time
 from collections.abc import Iterator
 from typing import Any, Protocol
 
-_CLOCK_MONOTONIC = 1
-_TIMER_ABSTIME = 1
-_PR_SET_TIMERSLACK = 29
+_CLOCK_MONOTONIC = 1  # Linux, <time.h>
+_TIMER_ABSTIME = 1  # Linux, <time.h>
+_PR_SET_TIMERSLACK = 29  # Linux, <sys/prctl.h>
 _PRIORITY = 10  # of 1 to 99: before ordinary work, after the drivers of the wire
 _HELPER_PRIORITY = 1  # of the other threads of an urgent process
 
@@ -87,6 +88,61 @@ class MonotonicClock:
         # EINTR brings us back between bytecodes, so that a signal's handler has run (and may have raised).
         while time.monotonic() < t_s:
             self._libc.clock_nanosleep(_CLOCK_MONOTONIC, _TIMER_ABSTIME, ctypes.byref(deadline), None)
+
+
+class StandstillClock(MonotonicClock):
+    """The monotonic clock without the time in which this process could not run.
+
+    Between two looks at it at most ``longest_step_s`` pass. A sleep that was asked for passes in full; what it lasts
+    longer is a step like any other. The rest is a standstill: the scheduler ran something else, somebody stopped the
+    process, or one computation held it up. A host and a simulated board in one process stand still together: on this
+    clock no tick is late and no watchdog runs out for it.
+
+    One thread drives the clock, the one that made it. Others may look at it and move nothing.
+    """
+
+    def __init__(self, longest_step_s: float) -> None:
+        super().__init__()
+        self._longest_step_s = longest_step_s
+        self._driver = threading.get_ident()
+        # Monotonic time up to which everything is accounted for (in a sleep: its end), and what was left out until
+        # then. One tuple, replaced whole: a look of another thread, or of a signal handler, finds both or neither new.
+        self._accounted = time.monotonic(), 0.0
+
+    @property
+    def left_out_s(self) -> float:
+        """All standstills so far."""
+        return self._accounted[1]
+
+    def now_s(self) -> float:
+        while True:
+            # Before the time: what is left out until later would be too much for it.
+            state = accounted_s, left_out_s = self._accounted
+            real_s = time.monotonic()
+            left_out_s += max(0.0, real_s - accounted_s - self._longest_step_s)
+            new = max(real_s, accounted_s), left_out_s
+            if threading.get_ident() != self._driver:
+                return real_s - left_out_s
+            if self._accounted is state:  # else a signal's handler has looked meanwhile: look again
+                self._accounted = new
+                return real_s - left_out_s
+
+    def sleep_until(self, t_s: float) -> None:
+        while self.now_s() < t_s:
+            accounted_s, left_out_s = self._accounted
+            wake_s = t_s + left_out_s
+            while wake_s - left_out_s < t_s:  # rounded down: it would be a hair too early for ever
+                wake_s = math.nextafter(wake_s, math.inf)
+            if wake_s > accounted_s:
+                self._accounted = wake_s, left_out_s
+            try:
+                super().sleep_until(wake_s)
+            finally:
+                self.now_s()
+                accounted_s, left_out_s = self._accounted
+                real_s = time.monotonic()
+                if accounted_s > real_s:  # a signal's handler has raised in mid-sleep: the rest is not slept
+                    self._accounted = real_s, left_out_s
 
 
 @contextlib.contextmanager

@@ -9,19 +9,22 @@ status meaning
 0      done
 1      internal error: a fault of snakebot itself
 2      bad input: nothing was opened, nothing moved
-3      the link or the board could not be opened, or the handshake failed
+3      the link or the board could not be opened, the handshake failed, or nobody answered a stop
 4      the link or the board was lost in mid-run; the robot was left to its watchdog
-5      the board reported a fault, refused a request or was stopped by an emergency stop
-6      the log could not be written; the robot was stopped safely
-7      this computer could not keep the tick; the robot was held and relaxed
+5      the board reported a fault, refused a request or was stopped by an emergency stop; `snakebot stop`: not
+       everything has stopped
+6      the log or an output could not be written; a robot that moved was stopped safely
+7      this computer was so late, again and again, that the board's watchdog was near; held and relaxed
 130    interrupted by the user; the robot was stopped safely
 ====== ==================================================================
 """
 
 from __future__ import annotations
 
+import errno
 import re
 
+# Exit statuses of the command line, as the help of its commands tells them.
 EXIT_OK = 0
 EXIT_INTERNAL = 1
 EXIT_BAD_INPUT = 2
@@ -30,7 +33,7 @@ EXIT_LOST = 4
 EXIT_BOARD_FAULT = 5
 EXIT_LOG = 6
 EXIT_HOST_LATE = 7
-EXIT_INTERRUPTED = 130
+EXIT_INTERRUPTED = 130  # the shell's: 128 and the number of SIGINT
 
 MAX_LINE = 2000  # characters of an error
 
@@ -42,6 +45,7 @@ class SnakebotError(Exception):
     """Base of every error that is meant for the user: one clear line and an exit status."""
 
     exit_status = EXIT_INTERNAL
+    traffic: tuple[str, ...] = ()  # the last frames before it, decoded, where a board was spoken with
 
     def __str__(self) -> str:
         """One line that a terminal may be given, whatever a file or an option that is quoted in it held."""
@@ -56,6 +60,22 @@ class BadInputError(SnakebotError):
     """What the user gave cannot be used: an option, a file, a gait outside the limits."""
 
     exit_status = EXIT_BAD_INPUT
+
+
+class OutputError(BadInputError):
+    """A disk that is full or fails: what was asked for is right, but cannot be written."""
+
+    exit_status = EXIT_LOG
+
+
+# Of a full disk, a quota, a file system's largest file, a disk that fails.
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+
+
+def cannot_write(what: str, error: OSError) -> BadInputError:
+    """The error of an output: the disk's, or that of a name that nothing can be written to."""
+    kind = OutputError if error.errno in NO_ROOM else BadInputError
+    return kind(f"{what}: {error.strerror or error}")
 
 
 class NoBoardError(SnakebotError):
@@ -77,7 +97,7 @@ class BoardFaultError(SnakebotError):
 
 
 class HostLateError(SnakebotError):
-    """This computer is too slow or too busy for the rate that was asked for."""
+    """This computer is so slow or so busy that the board's watchdog would soon stop the robot."""
 
     exit_status = EXIT_HOST_LATE
 

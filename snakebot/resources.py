@@ -6,6 +6,7 @@ import contextlib
 from pathlib import Path
 
 from snakebot.errors import BadInputError
+from snakebot.nearest import did_you_mean
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -31,5 +32,13 @@ def config_path(kind: str, source: str | Path) -> Path:
             return given
         if bare and ours.is_file():
             return ours
-    known = ", ".join(sorted(path.stem for path in folder.glob("*.yaml")))
-    raise BadInputError(f"{source}: no such file, nor one of the {kind} that come with snakebot ({known})")
+    with contextlib.suppress(OSError):
+        if given.is_dir():
+            raise BadInputError(
+                f"{source}: a folder; give a file, or one of the {kind} that come with snakebot"
+            )
+    known = sorted(path.stem for path in folder.glob("*.yaml"))
+    hint = did_you_mean(given.name.removesuffix(".yaml"), known)
+    raise BadInputError(
+        f"{source}: no such file, nor one of the {kind} that come with snakebot ({', '.join(known)}){hint}"
+    )

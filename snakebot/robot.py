@@ -8,6 +8,7 @@ no ground under it.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -15,15 +16,17 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from snakebot.errors import BadInputError
+from snakebot.nearest import misspelt, not_known
 from snakebot.resources import config_path
-from snakebot.safe_yaml import dump_yaml, load_yaml
+from snakebot.safe_yaml import NO_LINES, Lines, dump_yaml, load_yaml
 
-MAX_LINKS = 32
-MAX_WIRE_JOINTS = 16  # more joints can be simulated, but not driven over the protocol
+MAX_LINKS = 32  # of a chain; chosen: the protocol carries 16 joints
+LAG_TOLERANCE = 0.06  # of the nominal time constant, where nothing is stated; chosen
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 PerLink = tuple[NonNegative, ...]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class _Model(BaseModel):
@@ -67,17 +70,63 @@ class Limits(_Model):
     acceleration_rad_s2: Positive | tuple[Positive, ...] = 60.0
 
 
+class Tolerance(_Model):
+    """How well the stated numbers are known: one standard deviation of each, of a normal distribution."""
+
+    time_constant_s: NonNegative | None = None  # of each servo; None: ``LAG_TOLERANCE`` of it
+    delay_s: NonNegative = 1e-3  # of the wire and of the two clocks; chosen
+    friction: NonNegative = 0.05  # relative; chosen
+    mass: NonNegative = 0.03  # relative; chosen
+    # Of the simulated forward speed, m/s: what a calibration left on runs that it was not fitted to. None: not known.
+    speed_m_s: NonNegative | None = None
+
+
+class JointServo(_Model):
+    """The bus servo of one joint. Which models there are, and what each does by itself, is known to ``servobus``."""
+
+    id: Annotated[int, Field(ge=0, le=252)]
+    model: str | None = None  # None: whatever answers
+    direction: Literal[1, -1] = 1  # -1: a larger count turns the joint to a smaller angle
+    zero_counts: Annotated[int, Field(ge=-(1 << 20), le=1 << 20)] | None = (
+        None  # joint straight; None: the middle
+    )
+    torque_limit: Annotated[float, Field(gt=0, le=1)] = 1.0  # share of what it can
+
+
 class Provenance(_Model):
-    """Where a number comes from, and how far it can be trusted."""
+    """Where a number comes from, and how far it can be trusted.
+
+    ``ci95``: of an effect's parameters, each with its 95 % interval; where each joint has a value, as many intervals,
+    None for one that is not known.
+    """
 
     status: Literal["measured", "paper", "inferred", "assumed", "fitted"]
     source: str
 
 
+class Interval(_Model):
+    """How well a fitted number is known: its 95 % interval, as ``snakebot diagnose --apply`` found it."""
+
+    number: Annotated[str, Field(pattern=r"^effects\.\w+\.\w+$")]  # effects.rate_limit.limit_rad_s
+    joints: tuple[
+        Annotated[int, Field(ge=1, le=MAX_LINKS - 1)], ...
+    ] = ()  # 1-based; none: all that it acts on
+    estimate: Annotated[float, Field(allow_inf_nan=False)]
+    ci95: tuple[float, float] | None  # None: the recordings do not constrain it
+
+    @model_validator(mode="after")
+    def _ends_in_order(self) -> Interval:
+        if self.ci95 is not None and not -math.inf < self.ci95[0] <= self.estimate <= self.ci95[1] < math.inf:
+            raise ValueError(
+                f"ci95 {self.ci95} of {self.number} does not hold its estimate {self.estimate:g}"
+            )
+        return self
+
+
 class Body(_Model):
     """The chain of rigid links: n links of half length l, mass m each, inertia J = m l^2 / 3 about the centre."""
 
-    links: Annotated[int, Field(ge=2, le=MAX_LINKS)]
+    links: Annotated[int, Field(ge=2, le=MAX_LINKS, strict=True)]  # "08" in YAML is text
     half_length_m: Positive
     link_mass_kg: Positive | tuple[Positive, ...]
     friction: Friction
@@ -94,6 +143,8 @@ class Body(_Model):
         return self
 
 
+_SERVO_KEYS = ("time_constant_s", "arm")  # those that something here reads
+_MISSPELT = 0.85  # how like a known key one must be that is not kept as another program's: a letter or two
 _BODY_KEYS = ("links", "half_length_m", "link_mass_kg", "friction", "slope_deg")
 
 
@@ -104,9 +155,12 @@ class Robot(_Model):
     joints: Annotated[int, Field(ge=1, le=MAX_LINKS - 1)]
     body: Body | None = None
     servo: Servo = Servo()
+    tolerance: Tolerance = Tolerance()
     encoder_counts_per_rev: Annotated[int, Field(ge=16, le=1 << 20)] = 8192
     limits: Limits = Limits()
+    servos: tuple[JointServo, ...] | None = None  # one a joint, in the order of the chain
     effects: tuple[str, ...] = ()  # in the grammar of --effect; part of this robot's simulation
+    intervals: tuple[Interval, ...] = ()  # of the numbers in ``effects``
     provenance: Mapping[str, Provenance] = {}
 
     @model_validator(mode="before")
@@ -137,6 +191,17 @@ class Robot(_Model):
                 raise ValueError(f"limits.{key} has {len(value)} values for {self.joints} joints")
         return self
 
+    @model_validator(mode="after")
+    def _one_servo_a_joint(self) -> Robot:
+        if self.servos is not None:
+            if len(self.servos) != self.joints:
+                raise ValueError(f"servos has {len(self.servos)} entries for {self.joints} joints")
+            ids = [servo.id for servo in self.servos]
+            twice = sorted({number for number in ids if ids.count(number) > 1})
+            if twice:
+                raise ValueError(f"servos has the id {twice[0]} twice")
+        return self
+
     @property
     def angle_limit_rad(self) -> tuple[float, ...]:
         """Largest angle either side of zero, a joint."""
@@ -158,6 +223,12 @@ class Robot(_Model):
         """The description as it stands in a file: flat, plain types, ready for YAML or JSON."""
         data = self.model_dump(mode="json")
         body = data.pop("body")
+        if data["servos"] is None:
+            del data["servos"]
+        if data["tolerance"]["speed_m_s"] is None:
+            del data["tolerance"]["speed_m_s"]
+        if not data["intervals"]:
+            del data["intervals"]
         if body is not None:
             data.pop("joints")
             data.update(body)
@@ -174,30 +245,66 @@ def _spread(value: float | tuple[float, ...], count: int) -> tuple[float, ...]:
     return value if isinstance(value, tuple) else (value,) * count
 
 
-def robot_from_mapping(data: object, where: str) -> Robot:
+def robot_from_mapping(data: object, where: str, lines: Lines = NO_LINES) -> Robot:
     """Check a parsed description.
+
+    Args:
+        lines: of the document that it stands in.
 
     Raises:
         BadInputError: one line that names ``where``, the key and what is wrong with it.
     """
     if not isinstance(data, Mapping):
         raise BadInputError(f"{where}: a robot description is a mapping of keys to values")
+    _check_keys(data, where, lines)
     schema = data.get("schema", SCHEMA)
     if schema != SCHEMA:
         raise BadInputError(f"{where}: schema is {schema!r}, this version reads {SCHEMA!r}")
     try:
         return Robot.model_validate(data)
     except ValidationError as error:
-        raise BadInputError(f"{where}: {_first_fault(error)}") from None
+        raise BadInputError(f"{where}: {_first_fault(error, lines)}") from None
 
 
-def _first_fault(error: ValidationError) -> str:
+def _check_keys(data: Mapping[Any, Any], where: str, lines: Lines) -> None:
+    """A misspelt key is the fault to tell, before those that come of it.
+
+    Raises:
+        BadInputError: a key that is not known; of the servo, which may have more, one that is nearly a known one.
+    """
+    parts: list[tuple[tuple[str, ...], Any, tuple[str, ...]]] = [
+        ((), data, ("schema", *_BODY_KEYS, *Robot.model_fields)),
+        (("friction",), data.get("friction"), tuple(Friction.model_fields)),
+        (("limits",), data.get("limits"), tuple(Limits.model_fields)),
+    ]
+    provenance = data.get("provenance")
+    if isinstance(provenance, Mapping):
+        known = tuple(Provenance.model_fields)
+        parts += [(("provenance", str(name)), entry, known) for name, entry in provenance.items()]
+    for path, part, known in parts:
+        for key in part if isinstance(part, Mapping) else ():
+            if key not in known:
+                shown, owner = [name for name in known if name != "body"], ".".join(path) or "a robot"
+                fault = not_known(key, shown, owner, above="".join(f"{name}." for name in path))
+                raise BadInputError(f"{where}: {lines.of(*path, key)}{fault}")
+    servo = data.get("servo")
+    found = misspelt(servo, _SERVO_KEYS, _SERVO_KEYS, _MISSPELT) if isinstance(servo, Mapping) else None
+    if found is not None:
+        fault = not_known(found[0], _SERVO_KEYS, "servo", above="servo.")
+        raise BadInputError(f"{where}: {lines.of('servo', found[0])}{fault}")
+
+
+def _first_fault(error: ValidationError, lines: Lines) -> str:
     fault = error.errors()[0]
-    key = ".".join(str(part) for part in fault["loc"] if part != "body") or "description"
+    path = [part for part in fault["loc"] if part != "body"]
+    key = ".".join(str(part) for part in path) or "description"
     given = fault.get("input")
     shown = f" (found {given!r})" if isinstance(given, (int, float, str, bool)) else ""
     more = f"; and {error.error_count() - 1} more" if error.error_count() > 1 else ""
-    return f"{key}: {fault['msg'].removeprefix('Value error, ')}{shown}{more}"
+    return f"{lines.of(*path)}{key}: {fault['msg'].removeprefix('Value error, ')}{shown}{more}"
+
+
+_RECORDINGS = (".mcap", ".mcap.part", ".csv", ".csv.gz", ".parquet")
 
 
 def load_robot(source: str | Path) -> Robot:
@@ -206,9 +313,22 @@ def load_robot(source: str | Path) -> Robot:
     Raises:
         BadInputError: the file is missing, is not YAML, or describes no possible robot.
     """
-    path = config_path("robots", source)
     try:
-        data = load_yaml(path.read_bytes(), str(path))
+        path = config_path("robots", source)
+    except BadInputError:
+        if os.path.isdir(source):
+            raise _recordings(Path(source)) from None
+        raise
+    if path.name == "session.yaml" or path.name.endswith(_RECORDINGS):
+        raise _recordings(path)
+    try:
+        text = path.read_bytes()
     except OSError as error:
         raise BadInputError(f"{path}: cannot read the robot description: {error.strerror}") from None
-    return robot_from_mapping(data, str(path))
+    return robot_from_mapping(load_yaml(text, str(path)), str(path), Lines(text))
+
+
+def _recordings(path: Path) -> BadInputError:
+    return BadInputError(
+        f"{path}: recordings, no robot description; `snakebot diagnose {path} --apply robot.yaml` writes one"
+    )

@@ -8,6 +8,7 @@ are refused. ``1e-3`` is a number, as in YAML 1.2 and everywhere else.
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import yaml
@@ -15,9 +16,9 @@ from yaml.constructor import ConstructorError
 
 from snakebot.errors import BadInputError
 
-MAX_BYTES = 4 << 20
+MAX_BYTES = 4 << 20  # chosen: a description has some kB
 MAX_NODES = 200_000  # with aliases written out
-MAX_DEPTH = 50
+MAX_DEPTH = 50  # of nesting; chosen: a description has less than ten levels
 INTEGERS = 1 << 63  # larger ones are nobody's number, and no array's
 
 _TAG = "tag:yaml.org,2002:"
@@ -100,6 +101,48 @@ def load_yaml(data: bytes | str, where: str) -> Any:
         raise BadInputError(f"{where}: not YAML: {' '.join(str(error).split())}") from None
     except RecursionError:
         raise BadInputError(f"{where}: nested too deep; not read") from None
+
+
+@dataclass(frozen=True)
+class Lines:
+    """On which line of a document its keys stand: looked for only when an error is told.
+
+    ``above`` leads to the part that is spoken of. The document is one that ``load_yaml`` has read; without a text no
+    line is known.
+    """
+
+    text: bytes | str = b""
+    above: tuple[str | int, ...] = ()
+
+    def under(self, *keys: str | int) -> Lines:
+        return Lines(self.text, (*self.above, *keys))
+
+    def of(self, *keys: object) -> str:
+        """``line 4: `` to go before a message, or nothing; of a key that is not there, where its mapping stands."""
+        if not self.text:
+            return ""
+        text = self.text.decode("utf-8-sig") if isinstance(self.text, bytes) else self.text
+        node, line = yaml.compose(text, Loader=_PlainLoader), 0
+        for key in (*self.above, *keys):
+            found = _below(node, key)
+            if found is None:
+                break
+            line, node = found
+        return f"line {line}: " if line else ""
+
+
+NO_LINES = Lines()
+
+
+def _below(node: Any, key: object) -> tuple[int, Any] | None:
+    """Line, from 1, and value of a mapping's key or of a list's item."""
+    if isinstance(node, yaml.MappingNode):
+        for name, value in reversed(node.value):
+            if isinstance(name, yaml.ScalarNode) and name.value == str(key):
+                return name.start_mark.line + 1, value
+    elif isinstance(node, yaml.SequenceNode) and isinstance(key, int) and key < len(node.value):
+        return node.value[key].start_mark.line + 1, node.value[key]
+    return None
 
 
 def _check_size(text: str, where: str) -> None:

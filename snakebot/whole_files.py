@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from snakebot.errors import BadInputError
+from snakebot.errors import BadInputError, cannot_write
 
 # How each kind of output begins: what begins otherwise is somebody's log, table or session.
 BEGINNINGS: dict[str, tuple[bytes, ...]] = {
     "report": (b"<!doctype html",),
     "JSON": (b"{", b"["),
     "robot": (b"schema: snakebot.robot/",),
+    "MJCF": (b"<!-- snakebot:",),
+    "callbacks": (b'"""callbacks of a snakebot model for mujoco',),
+    "ranges": (b"schema: snakebot.ranges/",),
 }
 _LOOKED_AT = 4096  # bytes
+_NO_LINKS = (
+    errno.EPERM,
+    errno.ENOTSUP,
+    errno.EOPNOTSUPP,
+    errno.ENOSYS,
+    errno.EMLINK,
+)  # FAT, some network drives
 
 
 def check_output(option: str, path: Path, kind: str) -> None:
@@ -72,7 +83,7 @@ def write_all(outputs: Sequence[tuple[Path, str]]) -> None:
                 stack.enter_context(replacing(path)).write_text(text, encoding="utf-8")
     except OSError as error:
         where = ", ".join(str(path) for path, _ in outputs)
-        raise BadInputError(f"{where}: cannot be written: {error.strerror}") from None
+        raise cannot_write(f"{where}: cannot be written", error) from None
 
 
 @contextlib.contextmanager
@@ -93,6 +104,48 @@ def replacing(path: Path) -> Iterator[Path]:
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def creating(path: Path) -> Iterator[Path]:
+    """As ``replacing``, but never in place of anything, not even of a link that leads nowhere.
+
+    Raises:
+        FileExistsError: the name is taken, or was by the time the file was complete.
+    """
+    if os.path.lexists(path):
+        raise FileExistsError(errno.EEXIST, "exists already", str(path))
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        temporary.chmod(0o666 & ~_umask())
+        take_name(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def take_name(temporary: Path, path: Path) -> None:
+    """Give a complete file its name, in one step, if nothing has that name.
+
+    Raises:
+        FileExistsError: something has it; ``temporary`` stays.
+    """
+    try:
+        os.link(temporary, path)
+    except OSError as error:
+        if error.errno not in _NO_LINKS:
+            raise
+    else:
+        temporary.unlink()
+        return
+    os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))  # the name is ours, then the file
+    try:
+        temporary.replace(path)
+    except OSError:
+        path.unlink(missing_ok=True)
+        raise
 
 
 def _umask() -> int:

@@ -66,6 +66,8 @@ def test_keys_of_a_servo_that_are_not_known_are_kept() -> None:
     [
         ({"links": 1}, ("links",)),
         ({"links": 33}, ("links",)),
+        ({"links": "08"}, ("links", "08")),  # a leading zero makes text of it
+        ({"links": 6.0}, ("links",)),
         ({"half_length_m": -1}, ("half_length_m", "-1")),
         ({"half_length_m": math.nan}, ("half_length_m",)),
         ({"link_mass_kg": [1, 2]}, ("link_mass_kg", "2 values", "6 links")),
@@ -107,3 +109,18 @@ plain = st.recursive(
 def test_any_value_under_any_key_is_read_or_refused(key: str, value: object) -> None:
     with contextlib.suppress(BadInputError):
         assert isinstance(robot_from_mapping(mapping(**{key: value}), "fuzz"), Robot)
+
+
+def test_recordings_given_for_a_robot_name_the_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "run.csv").write_text("t_s\n0\n")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lab").mkdir()
+    (tmp_path / "saito").mkdir()
+    for source in ("lab", "run.csv", tmp_path / "lab"):
+        with pytest.raises(
+            BadInputError, match=r"recordings, no robot description; `snakebot diagnose .* --apply"
+        ):
+            load_robot(source)
+    assert load_robot("saito").name == "saito", "a folder of the name of a robot that comes with snakebot"

@@ -41,7 +41,7 @@ from wire_bench import Bench  # noqa: E402
 from snakebot.errors import SnakebotError  # noqa: E402
 from snakebot.links.can_link import Role, open_can  # noqa: E402
 from snakebot.links.port import CanPort, parse_port  # noqa: E402
-from snakebot.simboard.disturbance import BadBus, BadStream, Rates  # noqa: E402
+from snakebot.softboard.disturbance import BadBus, BadStream, Rates  # noqa: E402
 
 _CHUNK = 65536
 _POLL_S = 0.0005  # a bus has no end that one could wait for together with another

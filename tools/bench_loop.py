@@ -10,6 +10,10 @@ For each link (pty, udp_multicast, slcan) and rate, three things take turns in s
 
 All of them ask for SCHED_FIFO, which they get as root or with `ulimit -r`.
 
+With --view, in their place: runs on a simulated board in a process of its own (TCP) with no page, with a live page that
+three tabs of Chromium show, and with no page again, in turns. The two without a page are the control: what they differ
+by is the machine. Aim: p99 of the round trip and late ticks at most 1.1 times those without.
+
 A tick is late when it starts more than half an interval after its deadline. Aim: median and p99 of snakebot within
 twice the echo's; late ticks no more than the C loop's plus one in ten thousand.
 """
@@ -262,7 +266,7 @@ class Collector:
     def ignore(self, *_: Any) -> None:
         pass
 
-    pose = event = link_statistics = telemetry = frame = ignore
+    pose = event = link_statistics = telemetry = steering = frame = ignore
 
 
 def snakebot_loop(port: str, rate: float, seconds: float) -> Figures:
@@ -384,11 +388,15 @@ def main() -> None:
     parser.add_argument("--rates", nargs="+", type=float, default=[100, 200, 500])
     parser.add_argument("--seconds", type=float, default=20.0, help="for each peer, link and rate")
     parser.add_argument("--slices", type=int, default=4, help="turns that each peer takes")
+    parser.add_argument("--view", action="store_true", help="what open pages cost the loop, at 100 Hz")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--echo", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.echo:
         serve_echo(options.echo)
+        return
+    if options.view:
+        beside_pages(options.seconds, options.slices, as_json=options.json)
         return
     with tempfile.TemporaryDirectory() as folder:
         program = build_c(Path(folder))
@@ -403,6 +411,23 @@ def main() -> None:
                         show(row)
     if options.json:
         print(json.dumps(rows))
+
+
+def beside_pages(seconds: float, slices: int, *, as_json: bool) -> None:
+    """Runs without a page, with three, and without again, in turns."""
+    from bench_view import CONTROL, NONE, THREE, chromium, loop_figures
+
+    with tempfile.TemporaryDirectory() as folder, chromium() as browser:
+        found = loop_figures(browser, Path(folder), seconds, slices)
+    if as_json:
+        print(json.dumps(found))
+        return
+    for name, figures in found.items():
+        trips = f"round trip median {figures['median_ms']:.3f}  p99 {figures['p99_ms']:.3f} ms"
+        late = f"late {figures['late']:g} ({1e4 * figures['late_share']:.2f} in 10000)"
+        print(f"{name:10} {figures['ticks']:6} ticks: {trips}  {late}")
+    for name, other in ((THREE, NONE), (CONTROL, NONE), (THREE, CONTROL)):
+        print(f"{name} / {other}: round trip p99 {found[name]['p99_ms'] / found[other]['p99_ms']:.2f}")
 
 
 def show(row: dict[str, Any]) -> None:

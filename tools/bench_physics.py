@@ -28,6 +28,7 @@ import os
 import platform
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -167,9 +168,7 @@ def bench_mujoco(robot: str, ours_per_core_s: float) -> dict[str, Any]:
         same_eps = model.with_eps(gait_eps_m_s(model, gait[0], omega))
         peer = MujocoChain(same_eps, dt_s=2 * math.pi / omega / every, kp=kp, kd=kd)
         peer.run(gait, every, every)  # compile
-        rows, wall, cores = timed(
-            lambda peer=peer, gait=gait, every=every: peer.run(gait, CYCLES * every, every)
-        )
+        rows, wall, cores = timed(partial(peer.run, gait, CYCLES * every, every))
         way = np.linalg.norm(np.diff(rows[3:, 1:3], axis=0), axis=1).mean()
         ratios.append(way * omega / (2 * math.pi) / simulate_gaits(model, gait).speed_m_s[0])
         steps_done += CYCLES * every
@@ -218,7 +217,7 @@ def bench_links(peak: float) -> list[dict[str, Any]]:
         gaits = np.column_stack(
             (np.full(64, 0.6), np.full(64, 2 * math.pi / max(n, 4)), np.linspace(1, 4, 64))
         )
-        work = lambda model=model, gaits=gaits: simulate_gaits(model, gaits, cycles=2, averaged_cycles=1)  # noqa: E731
+        work = partial(simulate_gaits, model, gaits, cycles=2, averaged_cycles=1)
         work()
         _, wall, cores = best_of(3, work)
         steps = 64 * 2 * default_steps_per_cycle(model)

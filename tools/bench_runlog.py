@@ -25,7 +25,7 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 from snakebot.robot import robot_from_mapping
-from snakebot.runlog import Pose, RunWriter, Tick, read_log
+from snakebot.runlog import PoseRecord, RunWriter, Tick, read_log
 from snakebot.runlog.channels import JOINTS
 
 AIM_READ_S = 0.2
@@ -80,7 +80,7 @@ def write(path: Path, ticks: list[Tick], joints: int) -> Path:
     with RunWriter(path, robot_from_mapping({"joints": joints}, "bench")) as writer:
         for tick in ticks:
             writer.tick(tick)
-            writer.pose(Pose(tick.t_s, 0.13 * tick.t_s, 0.01, 0.1, 0.13))
+            writer.pose(PoseRecord(tick.t_s, 0.13 * tick.t_s, 0.01, 0.1, 0.13))
     return writer.path
 
 

@@ -7,19 +7,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from snakebot.diagnosis.probability import CALIBRATION_FILE, FEATURES, SCHEMA, Evidence
+from snakebot.diagnosis.verdict.probability import CALIBRATION_FILE, FEATURES, SCHEMA, CauseFeatures
 
 PRIOR_WEIGHT = 0.3  # of the ridge on the rule's weights: few cases must not make it rash
 # Intercept and weights that one expects: a lead and a closed gap speak for a cause, a rest against it.
 PRIOR = np.array([0.0, 1.0, -1.0, 2.0, 0.0, 0.0, 1.0])
 
 
-def evidence_of(cause: dict[str, object]) -> Evidence | None:
+def evidence_of(cause: dict[str, object]) -> CauseFeatures | None:
     """The evidence that stands beside a cause; None where its probability comes from elsewhere."""
     found = cause["evidence"]
     if not isinstance(found, dict) or not found:
         return None
-    return Evidence(
+    return CauseFeatures(
         lead=found["lead"],
         rest=found["rest"],
         closed=found["closed"],
@@ -29,11 +29,11 @@ def evidence_of(cause: dict[str, object]) -> Evidence | None:
     )
 
 
-def fit(evidence: Sequence[Evidence], right: Sequence[bool]) -> tuple[float, list[float]]:
+def fit(evidence: Sequence[CauseFeatures], right: Sequence[bool]) -> tuple[float, list[float]]:
     """Intercept and weights of a logistic rule, with a weak ridge towards the shape one expects."""
     from scipy.optimize import minimize
 
-    features = np.array([e.features() for e in evidence])
+    features = np.array([e.vector() for e in evidence])
     label = np.array(right, dtype=float)
     stacked = np.column_stack([np.ones(label.size), features])
 
@@ -46,7 +46,9 @@ def fit(evidence: Sequence[Evidence], right: Sequence[bool]) -> tuple[float, lis
     return float(found[0]), [float(v) for v in found[1:]]
 
 
-def write(command: str, seed: int, cases: int, evidence: Sequence[Evidence], right: Sequence[bool]) -> None:
+def write(
+    command: str, seed: int, cases: int, evidence: Sequence[CauseFeatures], right: Sequence[bool]
+) -> None:
     """Write ``calibration.json`` into the package."""
     intercept, weights = fit(evidence, right)
     data = {

@@ -5,7 +5,8 @@
     tools/fuzz_firmware.py --runs 100000       fewer
     tools/fuzz_firmware.py --keep              also keep what was found in the corpus
 
-Needs clang. The corpus is in tests/firmware/corpus. A finding is left in build/firmware and ends with status 1.
+Needs clang. The corpus is tests/firmware/corpus.tar.xz, unpacked to build/firmware/corpus. A finding is left in
+build/firmware and ends with status 1.
 """
 
 from __future__ import annotations
@@ -17,10 +18,13 @@ import sys
 import tempfile
 from pathlib import Path
 
+from corpus import pack, unpack
+
 ROOT = Path(__file__).resolve().parent.parent
 FIRMWARE = ROOT / "firmware_protocol/firmware"
-CORPUS = ROOT / "tests/firmware/corpus"
+ARCHIVE = ROOT / "tests/firmware/corpus.tar.xz"
 OUT = ROOT / "build/firmware"
+CORPUS = OUT / "corpus"
 
 
 def build() -> Path:
@@ -81,7 +85,7 @@ def main() -> int:
         print("clang is not installed: apt-get install clang libclang-rt-14-dev", file=sys.stderr)
         return 2
     program = build()
-    CORPUS.mkdir(parents=True, exist_ok=True)
+    unpack(ARCHIVE, CORPUS)
     with tempfile.TemporaryDirectory() as folder:
         found = [Path(folder) / str(job) for job in range(options.jobs)]
         fuzzers = []
@@ -98,6 +102,7 @@ def main() -> int:
             subprocess.run(command, check=True, capture_output=True)
             shutil.rmtree(CORPUS)
             shutil.copytree(merged, CORPUS)
+            pack(CORPUS, ARCHIVE)
     print(f"executions: {sum(executed)}, findings: {executed.count(0)}")
     files = list(CORPUS.iterdir())
     print(f"corpus: {len(files)} files, {sum(file.stat().st_size for file in files)} bytes")

@@ -50,19 +50,21 @@ def frames() -> list[dict[str, Any]]:
             fields: dict[str, int | float] = {}
             for signal in definition.signals:
                 scale = signal.scale
+                assert signal.minimum is not None, signal.name
+                assert signal.maximum is not None, signal.name
                 least, most = round(signal.minimum / scale), round(signal.maximum / scale)
                 most = min(most, (1 << signal.length) - 1)  # 2^64 - 1 is no float
                 if signal.choices:
                     least, most = min(signal.choices), max(signal.choices)
                 raw = {"lowest": least, "highest": most, "some": draw.randint(least, most)}[which]
                 fields[signal.name] = raw if scale == 1 else round(raw * scale, 9)
-            message = cls(**{k: cls.enums[k](v) if k in cls.enums else v for k, v in fields.items()})
+            message = cls(**{k: cls.enums[k](int(v)) if k in cls.enums else v for k, v in fields.items()})
             chosen.append({"message": name, "fields": fields, **_shown(encode(message))})
     return chosen
 
 
 def _packet(body: bytes) -> str:
-    return (cobs.encode(body) + b"\0").hex()
+    return bytes(cobs.encode(body) + b"\0").hex()
 
 
 def bad_packets() -> list[dict[str, str]]:

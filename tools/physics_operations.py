@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 import types
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -61,28 +62,40 @@ class _Counting:
         self.value = value
 
     @classmethod
-    def _make(cls, operation: Callable[[float, float], float]) -> tuple[Any, Any]:
-        def number(x: Any) -> float:
-            return x.value if isinstance(x, cls) else float(x)
+    def _counted(cls, value: float) -> _Counting:
+        cls.done += 1
+        return cls(value)
 
-        def plain(self: _Counting, other: Any) -> _Counting:
-            cls.done += 1
-            return cls(operation(self.value, number(other)))
+    def __add__(self, other: _Counting | float) -> _Counting:
+        return self._counted(self.value + _value(other))
 
-        def swapped(self: _Counting, other: Any) -> _Counting:
-            cls.done += 1
-            return cls(operation(number(other), self.value))
+    def __radd__(self, other: _Counting | float) -> _Counting:
+        return self._counted(_value(other) + self.value)
 
-        return plain, swapped
+    def __sub__(self, other: _Counting | float) -> _Counting:
+        return self._counted(self.value - _value(other))
+
+    def __rsub__(self, other: _Counting | float) -> _Counting:
+        return self._counted(_value(other) - self.value)
+
+    def __mul__(self, other: _Counting | float) -> _Counting:
+        return self._counted(self.value * _value(other))
+
+    def __rmul__(self, other: _Counting | float) -> _Counting:
+        return self._counted(_value(other) * self.value)
+
+    def __truediv__(self, other: _Counting | float) -> _Counting:
+        return self._counted(self.value / _value(other))
+
+    def __rtruediv__(self, other: _Counting | float) -> _Counting:
+        return self._counted(_value(other) / self.value)
 
     def __neg__(self) -> _Counting:
         return _Counting(-self.value)
 
 
-_Counting.__add__, _Counting.__radd__ = _Counting._make(lambda a, b: a + b)  # type: ignore[attr-defined]
-_Counting.__sub__, _Counting.__rsub__ = _Counting._make(lambda a, b: a - b)  # type: ignore[attr-defined]
-_Counting.__mul__, _Counting.__rmul__ = _Counting._make(lambda a, b: a * b)  # type: ignore[attr-defined]
-_Counting.__truediv__, _Counting.__rtruediv__ = _Counting._make(lambda a, b: a / b)  # type: ignore[attr-defined]
+def _value(number: _Counting | float) -> float:
+    return number.value if isinstance(number, _Counting) else float(number)
 
 
 def _as_python(module: Any, known: dict[str, Any]) -> dict[str, Any]:
@@ -112,7 +125,7 @@ def operations_per_step(model: ChainModel) -> int:
     step = _as_python(rosenbrock, {name: equations[name] for name in called})["step"]
     n = model.links
     number = np.frompyfunc(_Counting, 1, 1)
-    vector = lambda: number(np.random.default_rng(1).uniform(0.1, 0.2, n - 1))  # noqa: E731
+    vector = partial(number, np.random.default_rng(1).uniform(0.1, 0.2, n - 1))
     _Counting.done = 0
     step(
         model.packed, 0.0, _Counting(model.eps), _Counting(0.01), np.zeros(n - 1, dtype=int), number(np.zeros(6)),

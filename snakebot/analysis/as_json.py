@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from snakebot.analysis.comparison import Comparison
+from snakebot.analysis.conditions import condition
 from snakebot.analysis.joints import JointAnalysis
 from snakebot.analysis.run_analysis import RunAnalysis
 from snakebot.analysis.sine import SineFit
@@ -29,6 +30,7 @@ def run_json(run: RunAnalysis) -> dict[str, Any]:
         "robot": run.robot.name,
         "samples": len(run.run),
         "duration_s": plain(run.run.duration_s),
+        "ended": run.run.ended,
         "gait": None
         if gait is None
         else {
@@ -36,6 +38,7 @@ def run_json(run: RunAnalysis) -> dict[str, Any]:
             "beta_rad": gait.beta_rad,
             "omega_rad_s": gait.omega_rad_s,
             "offset_rad": gait.offset_rad,
+            **({"shares": list(gait.shares)} if gait.shares else {}),
         },
         "omega_rad_s": run.omega_rad_s,
         "omega_source": run.omega_source,
@@ -51,6 +54,10 @@ def run_json(run: RunAnalysis) -> dict[str, Any]:
         "power_electrical_w": plain(run.power_electrical_w),
         "link": plain(asdict(run.link)),
         "faults": {"free": list(run.faults.free), "rigid": list(run.faults.rigid)},
+        "fault": condition(run, "fault") or None,
+        "effect": condition(run, "effect") or None,
+        "probe": condition(run, "probe") or None,
+        "simulated": run.run.metadata.get("simulated") is True,
         "joints": [joint_json(joint) for joint in run.joints],
         "warnings": list(run.warnings),
     }

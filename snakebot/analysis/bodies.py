@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.analysis.prediction import fill_gaps
-from snakebot.analysis.sine import Array
+from snakebot.arrays import Floats
+from snakebot.runlog.merging import course_rad
 
 if TYPE_CHECKING:
     from snakebot.robot import Robot
     from snakebot.runlog import Run
+
+
+_COURSE_S = 1.0  # over which a direction of travel is taken where no gait says a cycle; chosen
 
 
 @dataclass(frozen=True)
@@ -20,25 +24,29 @@ class BodyPath:
     """Centre of mass in m, mean link angle in rad (T,) and joint angles in rad (T, joints) at times
     ``t_s``."""
 
-    t_s: Array
-    x_m: Array
-    y_m: Array
-    heading_rad: Array
-    joint_angle_rad: Array
+    t_s: Floats
+    x_m: Floats
+    y_m: Floats
+    heading_rad: Floats
+    joint_angle_rad: Floats
 
 
 def recorded_path(run: Run) -> BodyPath | None:
-    """The pose that was recorded with the run, if one was; joint angles as measured."""
-    if run.pose is None or not np.isfinite(run.pose).all(axis=1).any():
+    """The pose that was recorded with the run, if one was; joint angles as measured.
+
+    Where no heading was recorded, it is the direction of travel.
+    """
+    pose = headed_pose(run)
+    if pose is None:
         return None
     angle = fill_gaps(run.t_s, run.measured_rad, most=0.95)
     if angle is None:
         return None
-    x, y, heading = run.pose.T
+    x, y, heading = pose.T
     return BodyPath(run.t_s, x, y, heading, angle)
 
 
-def model_path(run: Run, robot: Robot, angle_rad: Array) -> BodyPath | None:
+def model_path(run: Run, robot: Robot, angle_rad: Floats) -> BodyPath | None:
     """The nominal body with these joint angles (N, joints) prescribed, from the run's first known pose.
 
     ``None`` without a body, or where too many angles are lost.
@@ -66,9 +74,19 @@ def model_path(run: Run, robot: Robot, angle_rad: Array) -> BodyPath | None:
 
 
 def _start(run: Run) -> tuple[float, float, float]:
-    if run.pose is not None:
-        known = np.flatnonzero(np.isfinite(run.pose).all(axis=1))
-        if len(known):
-            x, y, heading = run.pose[known[0]]
-            return float(x), float(y), float(heading)
-    return 0.0, 0.0, 0.0
+    pose = headed_pose(run)
+    if pose is None:
+        return 0.0, 0.0, 0.0
+    x, y, heading = pose[np.flatnonzero(np.isfinite(pose).all(axis=1))[0]]
+    return float(x), float(y), float(heading)
+
+
+def headed_pose(run: Run) -> Floats | None:
+    """The recorded pose (N, 3), its heading that of travel where none was recorded; None without a position."""
+    if run.pose is None or not np.isfinite(run.pose[:, :2]).all(axis=1).any():
+        return None
+    if np.isfinite(run.pose).all(axis=1).any():
+        return run.pose
+    moving = run.gait is not None and run.gait.omega_rad_s
+    period_s = 2 * np.pi / abs(run.gait.omega_rad_s) if run.gait is not None and moving else _COURSE_S
+    return np.column_stack([run.pose[:, :2], course_rad(run.t_s, run.pose[:, :2], period_s)])

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snakebot.analysis.align import Alignment, align, shifted
+from snakebot.analysis.bodies import headed_pose
 from snakebot.analysis.faults import joint_faults
 from snakebot.analysis.joints import JointAnalysis
 from snakebot.analysis.loading import Loaded
 from snakebot.analysis.run_analysis import RunAnalysis, analyze_run
-from snakebot.analysis.sine import Array
 from snakebot.analysis.speed import speed_error_percent
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
+from snakebot.runlog.matching.shift import Shift, find_shift, shifted
 
 if TYPE_CHECKING:
     from snakebot.robot import Robot
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 DIFFERENT_MOTION = 0.2  # misfit of the commands above which two runs are not one motion
 OTHER_MOTION = 0.6  # of the commands: nothing can be compared
-SAME_CLOCK = Alignment(0.0, 0.0, 0.0, math.nan)
+SAME_CLOCK = Shift(0.0, 0.0, 0.0, math.nan)
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Comparison:
     real: RunAnalysis
     sim: RunAnalysis
     sim_source: str
-    alignment: Alignment
+    alignment: Shift
     aligned_by: str
     joints: tuple[JointComparison, ...]
     rms_rad: float
@@ -81,7 +82,7 @@ def compare(real: Loaded, sim: Loaded | None = None) -> Comparison:
         alignment, aligned_by = _align(real, sim)
         if alignment.misfit > OTHER_MOTION and aligned_by == "commands":
             raise BadInputError(
-                f"{real.source} and {sim.source} were told different motions: wherever they are laid side by side, "
+                f"{real.source} and {sim.source} were told different motions: wherever they are aligned, "
                 f"{100 * alignment.misfit:.0f} % of the commands' rms is left. Give two runs of one motion"
             )
         if alignment.misfit > DIFFERENT_MOTION:
@@ -143,10 +144,10 @@ def simulate_nominal(run: Run, robot: Robot) -> Run:
     )
 
 
-def _align(real: Loaded, sim: Loaded) -> tuple[Alignment, str]:
+def _align(real: Loaded, sim: Loaded) -> tuple[Shift, str]:
     for name in ("command", "measured"):
         a, b = (getattr(item.run, f"{name}_rad") for item in (real, sim))
-        found = align(real.run.t_s, a, sim.run.t_s, b)
+        found = find_shift(real.run.t_s, a, sim.run.t_s, b)
         if found is not None:
             return found, "commands" if name == "command" else "measured angles"
     raise BadInputError(
@@ -157,7 +158,7 @@ def _align(real: Loaded, sim: Loaded) -> tuple[Alignment, str]:
 def _on_clock_of(real: Run, sim: Run, shift_s: float) -> Run:
     """The simulated run, resampled at the real run's times."""
 
-    def at(values: Array) -> Array:
+    def at(values: Floats) -> Floats:
         return shifted(real.t_s, sim.t_s, values, shift_s)
 
     return replace(
@@ -172,7 +173,7 @@ def _on_clock_of(real: Run, sim: Run, shift_s: float) -> Run:
 
 
 def _joint(
-    j: int, difference: Array, squares: Array, real: Array, sim: Array, a: RunAnalysis, b: RunAnalysis
+    j: int, difference: Floats, squares: Floats, real: Floats, sim: Floats, a: RunAnalysis, b: RunAnalysis
 ) -> JointComparison:
     d = difference[:, j]
     known = np.isfinite(d)
@@ -190,9 +191,8 @@ def _joint(
     )
 
 
-def _first_pose(run: Run) -> Array:
-    if run.pose is not None:
-        known = np.flatnonzero(np.isfinite(run.pose).all(axis=1))
-        if len(known):
-            return np.asarray(run.pose[known[0]])
-    return np.zeros(3)
+def _first_pose(run: Run) -> Floats:
+    pose = headed_pose(run)
+    if pose is None:
+        return np.zeros(3)
+    return np.asarray(pose[np.flatnonzero(np.isfinite(pose).all(axis=1))[0]])

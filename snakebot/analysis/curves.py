@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from snakebot.analysis.sine import Array
+from snakebot.arrays import Floats
 
 
-def smooth_rate(t_s: Array, y: Array, base_s: float) -> Array:
+def smooth_rate(t_s: Floats, y: Floats, base_s: float) -> Floats:
     """Slope of ``y`` (N,) over a base of +-``base_s``: a rate that encoder steps do not drown. ``nan`` at
     gaps."""
     good = np.isfinite(y)
@@ -22,7 +22,7 @@ def smooth_rate(t_s: Array, y: Array, base_s: float) -> Array:
     return np.asarray(slope)
 
 
-def amplitude_spectrum(t_s: Array, y: Array, points: int = 4096) -> tuple[Array, Array]:
+def amplitude_spectrum(t_s: Floats, y: Floats, points: int = 4096) -> tuple[Floats, Floats]:
     """Frequencies in rad/s and amplitudes in the unit of ``y``, through a Hann window; gaps are interpolated.
 
     A sine of amplitude A stands as a peak of height A. Empty where fewer than 16 samples are known.

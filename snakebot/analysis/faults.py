@@ -35,8 +35,18 @@ class JointFaults:
 
     @property
     def joints(self) -> str:
-        """As in Table IV: ``1 + 2``."""
+        """As in ``1 + 2``."""
         return " + ".join(str(joint) for joint in sorted((*self.free, *self.rigid)))
+
+    @property
+    def described(self) -> str:
+        """The joints, with the angle where one is stuck off the middle: ``1 + 2 at 30°``."""
+
+        def one(joint: int) -> str:
+            angle = math.degrees(self.rigid_angle_rad.get(joint, 0.0)) if joint in self.rigid else 0.0
+            return f"{joint} at {angle:g}°" if angle else str(joint)
+
+        return " + ".join(one(joint) for joint in sorted((*self.free, *self.rigid)))
 
     def effects(self) -> tuple[str, ...]:
         """The same in the grammar of ``--effect``."""
@@ -80,6 +90,11 @@ def joint_faults(metadata: Mapping[str, Any], joints: int) -> JointFaults:
     for joint in free & rigid.keys():  # the later fault cannot be told: the joint was held by something
         free.discard(joint)
     return JointFaults(tuple(sorted(free)), tuple(sorted(rigid)), rigid, changed)
+
+
+def other_effects(metadata: Mapping[str, Any]) -> tuple[str, ...]:
+    """The effects that a run's metadata lists, without those that are joint faults."""
+    return tuple(text for text in _texts(metadata.get("effects")) if not _EFFECT.match(text))
 
 
 def _texts(entries: object) -> list[str]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from snakebot.analysis.bodies import BodyPath, model_path, recorded_path
 from snakebot.analysis.curves import amplitude_spectrum, smooth_rate
-from snakebot.analysis.sine import Array
+from snakebot.arrays import Floats
 from snakebot.report import Axis, Band, Curve, Line, LineChart, SnakeAnimation, SnakeMotion, XYChart
 
 if TYPE_CHECKING:
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 TIME = Axis("time", "s", 3)
 ANGLE = Axis("angle", "deg", 2)
 ERROR = Axis("error", "deg", 3)
-PORTRAIT_CYCLES = 3
-SPECTRUM_ORDERS = 10
+PORTRAIT_CYCLES = 3  # the last so many cycles of the gait in a phase portrait; chosen
+SPECTRUM_ORDERS = 10  # a spectrum is drawn up to this multiple of the gait's frequency; chosen
 
 
 def joint_color(joint: int) -> str:
@@ -195,8 +195,10 @@ def link_timing(run: RunAnalysis, points: int) -> LineChart | None:
 
 TELEMETRY = (
     ("Supply voltage", "V", re.compile(r"supply_v")),
+    ("Current of the supply", "A", re.compile(r"supply_a")),
     ("Current of the servos", "A", re.compile(r"current_(\d+)_a")),
     ("Temperature of the servos", "°C", re.compile(r"temperature_(\d+)_c")),
+    ("Temperature of the board", "°C", re.compile(r"supply_temperature_c")),
 )
 
 
@@ -231,6 +233,8 @@ def body_animation(run: RunAnalysis, frames: int) -> SnakeAnimation | None:
     if recorded is not None:
         paths.append(("recorded pose", recorded, "measured"))
         caption = "The recorded pose, beside the nominal model with its joints exactly at the set-points."
+        if record.pose is not None and not np.isfinite(record.pose[:, 2]).any():
+            caption += " Its heading was not recorded: the body is drawn along its way."
     else:
         paths.append(
             ("measured angles in the model", model_path(record, robot, record.measured_rad), "measured")
@@ -270,7 +274,7 @@ def portrait_window(run: RunAnalysis) -> NDArray[np.intp]:
     return inside
 
 
-def angle_and_rate(run: RunAnalysis, signal_rad: Array) -> tuple[Array, Array]:
+def angle_and_rate(run: RunAnalysis, signal_rad: Floats) -> tuple[Floats, Floats]:
     """Angle in deg and its rate in rad/s over the last few steady cycles, of one joint's angles (N,)."""
     part = portrait_window(run)
     rate = smooth_rate(run.run.t_s, signal_rad, _rate_base(run))

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from snakebot.analysis.align import align, shifted
-from snakebot.analysis.sine import Array, SineFit, fit_sine, usable_harmonics, wrap_rad
+from snakebot.analysis.sine import SineFit, fit_sine, usable_harmonics, wrap_rad
 from snakebot.analysis.tracking import Hysteresis, Tracking, hysteresis, tracking
+from snakebot.arrays import Floats
+from snakebot.runlog.matching.shift import find_shift, shifted
 
 STILL_RAD = 1e-4  # an amplitude below this is no motion
-MOST_LAG_S = 1.0
+MOST_LAG_S = 1.0  # a reading is looked for so far behind its command; chosen, ten times a slow servo's lag
 
 
 @dataclass(frozen=True)
@@ -43,9 +44,9 @@ class JointAnalysis:
 
 def analyze_joint(
     joint: int,
-    t_s: Array,
-    command_rad: Array,
-    measured_rad: Array,
+    t_s: Floats,
+    command_rad: Floats,
+    measured_rad: Floats,
     omega_rad_s: float | None,
     amplitude_rad: float | None = None,
 ) -> JointAnalysis:
@@ -92,10 +93,10 @@ def analyze_joint(
     )
 
 
-def _gain_and_shift(t_s: Array, command_rad: Array, measured_rad: Array) -> tuple[float, float]:
+def _gain_and_shift(t_s: Floats, command_rad: Floats, measured_rad: Floats) -> tuple[float, float]:
     if len(t_s) < 8:
         return math.nan, math.nan
-    found = align(t_s, command_rad[:, None], t_s, measured_rad[:, None], most_s=MOST_LAG_S, least_s=0.0)
+    found = find_shift(t_s, command_rad[:, None], t_s, measured_rad[:, None], most_s=MOST_LAG_S, least_s=0.0)
     if found is None:
         return math.nan, math.nan
     later = shifted(t_s, t_s, measured_rad[:, None], found.shift_s)[:, 0]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from snakebot.analysis.sine import Array
+from snakebot.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,12 @@ class LinkQuality:
 
 
 def link_quality(
-    t_s: Array,
-    measured_rad: Array,
-    command_rad: Array | None = None,
-    applied_rad: Array | None = None,
-    latency_s: Array | None = None,
-    late: NDArray[np.bool_] | Array | None = None,
+    t_s: Floats,
+    measured_rad: Floats,
+    command_rad: Floats | None = None,
+    applied_rad: Floats | None = None,
+    latency_s: Floats | None = None,
+    late: NDArray[np.bool_] | Floats | None = None,
 ) -> LinkQuality:
     """Timing of a run of N ticks; angles are (N, k), the rest (N,), ``nan`` where unknown."""
     steps = np.diff(t_s)
@@ -62,10 +62,12 @@ def link_quality(
     )
 
 
-def _delay(t_s: Array, command_rad: Array | None, applied_rad: Array | None) -> float:
+def _delay(t_s: Floats, command_rad: Floats | None, applied_rad: Floats | None) -> float:
     if command_rad is None or applied_rad is None:
         return math.nan
-    from snakebot.analysis.align import align  # here, because most runs have no applied set-points
+    from snakebot.runlog.matching.shift import (
+        find_shift,  # here, because most runs have no applied set-points
+    )
 
-    found = align(t_s, command_rad, t_s, applied_rad, most_s=0.5)
+    found = find_shift(t_s, command_rad, t_s, applied_rad, most_s=0.5)
     return found.shift_s if found is not None else math.nan

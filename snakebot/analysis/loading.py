@@ -26,6 +26,8 @@ class Loaded:
 def load(paths: Sequence[str | Path], robot: Robot | None = None) -> list[Loaded]:
     """Read run logs, session folders (all their runs) and single runs of a session (``session/run_01.csv``).
 
+    Of several, logs without ticks are left out, with a warning.
+
     Args:
         robot: use this description in place of the one that came with the runs.
 
@@ -33,14 +35,13 @@ def load(paths: Sequence[str | Path], robot: Robot | None = None) -> list[Loaded
         BadInputError: a path is none of these, or has another number of joints than ``robot``.
         LogError: a file is no run log.
     """
-    from snakebot.runlog import open_session
+    from snakebot.runlog.opening import open_each
 
-    out = []
     for path in paths:
         if not Path(path).exists():
             raise BadInputError(f"{path}: no such log or session")
-        session = open_session(path)
-        out += [Loaded(run, robot or session.robot, Path(path)) for run in session.runs]
+    opened, _ = open_each(paths)
+    out = [Loaded(run, robot or session.robot, path) for path, session in opened for run in session.runs]
     for item in out:
         if item.run.joints != item.robot.joints:
             raise BadInputError(

@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snakebot.analysis.sine import Array
+from snakebot.arrays import Floats
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from snakebot.physics.model import ChainModel
 
-_NEWTON_STEPS = 20
-_STEP_LENGTHS = (1.0, 0.5, 0.2, 0.05, 0.01)
+_NEWTON_STEPS = 20  # at most; chosen
+_STEP_LENGTHS = (1.0, 0.5, 0.2, 0.05, 0.01)  # shares of a Newton step that are tried, longest first; chosen
 
 
 def dissipated_power(
-    model: ChainModel, t_s: Array, joint_angle_rad: Array, forward_speed_m_s: float
-) -> Array:
+    model: ChainModel, t_s: Floats, joint_angle_rad: Floats, forward_speed_m_s: float
+) -> Floats:
     """Friction force times contact velocity, summed over the links, in W (N,): from encoders and a speed
     alone.
 
@@ -49,7 +49,7 @@ def dissipated_power(
     return power
 
 
-def electrical_power(extra: Mapping[str, Array], joints: int) -> Array | None:
+def electrical_power(extra: Mapping[str, Floats], joints: int) -> Floats | None:
     """Supply voltage times the sum of the servos' currents, in W (N,), where a run recorded both.
 
     The standby current of servos is in it: it says little about locomotion (Section IX).
@@ -62,13 +62,13 @@ def electrical_power(extra: Mapping[str, Array], joints: int) -> Array | None:
     )
 
 
-def _link_angles(joint: Array) -> Array:
+def _link_angles(joint: Floats) -> Floats:
     """Angles (or rates) of the links about their mean, (N, links)."""
     links = np.concatenate([np.zeros((len(joint), 1)), np.cumsum(joint, axis=1)], axis=1)
     return np.asarray(links - links.mean(axis=1, keepdims=True))
 
 
-def _balance(model: ChainModel, angle: Array, relative_rate: Array, speed: float) -> tuple[Array, Array]:
+def _balance(model: ChainModel, angle: Floats, relative_rate: Floats, speed: float) -> tuple[Floats, Floats]:
     """Turning rate at which the ground's side force and moment vanish, and the power lost then; each (N,).
 
     That is where the dissipation potential, a convex function of sway and turning rate, is least: Newton's
@@ -82,7 +82,7 @@ def _balance(model: ChainModel, angle: Array, relative_rate: Array, speed: float
     fixed_t, fixed_n = cos * (x_rate + speed) + sin * y_rate, cos * y_rate - sin * (x_rate + speed)
     drag = model.rotational_drag
 
-    def velocities(unknown: Array) -> tuple[Array, Array, Array]:
+    def velocities(unknown: Floats) -> tuple[Floats, Floats, Floats]:
         sway, turn = unknown[:, 0:1], unknown[:, 1:2]
         return (
             fixed_t + sin * sway + turn_t * turn,
@@ -90,7 +90,7 @@ def _balance(model: ChainModel, angle: Array, relative_rate: Array, speed: float
             relative_rate + turn,
         )
 
-    def potential(unknown: Array) -> Array:
+    def potential(unknown: Floats) -> Floats:
         vt, vn, rate = velocities(unknown)
         along, across = (
             _potential(vt, model.ct, model.ct0, model.eps),
@@ -124,7 +124,7 @@ def _balance(model: ChainModel, angle: Array, relative_rate: Array, speed: float
     return unknown[:, 1], np.sum(ft * vt + fn * vn + drag * rate**2, axis=1)
 
 
-def _centres(model: ChainModel, cos: Array, sin: Array) -> tuple[Array, Array]:
+def _centres(model: ChainModel, cos: Floats, sin: Floats) -> tuple[Floats, Floats]:
     """Link centres about the centre of mass for link directions (cos, sin); linear, so it serves for rates
     too."""
     half = model.half_length
@@ -137,17 +137,17 @@ def _centres(model: ChainModel, cos: Array, sin: Array) -> tuple[Array, Array]:
     return out[0], out[1]
 
 
-def _friction(v: Array, c: Array, c0: Array, eps: float) -> tuple[Array, Array]:
+def _friction(v: Floats, c: Floats, c0: Floats, eps: float) -> tuple[Floats, Floats]:
     """Friction force against a velocity (25) and its slope, the sign regularised as tanh(v / eps)."""
     sign = np.tanh(v / eps)
     return c * v + c0 * sign, c + c0 * (1 - sign**2) / eps
 
 
-def _potential(v: Array, c: Array, c0: Array, eps: float) -> Array:
+def _potential(v: Floats, c: Floats, c0: Floats, eps: float) -> Floats:
     """Integral of the friction force over the velocity; log cosh in a form that does not overflow."""
     z = np.abs(v) / eps
     return c * v**2 / 2 + c0 * eps * (z + np.log1p(np.exp(-2 * z)) - math.log(2))
 
 
-def mean_power(power_w: Array | None) -> float:
+def mean_power(power_w: Floats | None) -> float:
     return float(np.nanmean(power_w)) if power_w is not None and np.isfinite(power_w).any() else math.nan

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from snakebot.analysis.sine import Array, SineFit
+from snakebot.analysis.sine import SineFit
+from snakebot.arrays import Floats
 
 if TYPE_CHECKING:
     from snakebot.gait import Gait
@@ -25,7 +26,7 @@ CYCLES, AVERAGED_CYCLES, STEPS_PER_CYCLE = 8, 4, 200  # "8 cycles, average the l
 
 
 @dataclass(frozen=True)
-class Prediction:
+class SteadyPrediction:
     """Steady speed along the mean heading and mean powers of one simulated motion."""
 
     speed_m_s: float
@@ -38,19 +39,25 @@ def predict_gait(
     gait: Gait,
     free_joints: Iterable[int] = (),
     rigid_angle_rad: Mapping[int, float] | None = None,
-) -> Prediction:
+) -> SteadyPrediction:
     """The gait tracked ideally, from rest, by the paper's protocol; with joints that are free or stuck
     straight."""
     from snakebot.physics import simulate_gaits
 
     row = [[gait.alpha_rad, gait.beta_rad, gait.omega_rad_s, gait.offset_rad]]
-    found = simulate_gaits(model, row, free_joints=tuple(free_joints), rigid_joints=rigid_angle_rad or {})
-    return Prediction(
+    found = simulate_gaits(
+        model,
+        row,
+        free_joints=tuple(free_joints),
+        rigid_joints=rigid_angle_rad or {},
+        shares=gait.shares,
+    )
+    return SteadyPrediction(
         float(found.speed_m_s[0]), float(found.power_in_w[0]), float(found.power_dissipated_w[0])
     )
 
 
-def predict_fits(model: ChainModel, fits: Sequence[SineFit]) -> Prediction:
+def predict_fits(model: ChainModel, fits: Sequence[SineFit]) -> SteadyPrediction:
     """Joints that move as fitted (one fit a joint, all at one frequency), from rest, by the same protocol."""
     from snakebot.physics import replay
 
@@ -63,7 +70,7 @@ def predict_fits(model: ChainModel, fits: Sequence[SineFit]) -> Prediction:
     moved = replay(model, t, angle)
     start = (CYCLES - AVERAGED_CYCLES) * period
     steady = t >= start - 1e-9
-    return Prediction(
+    return SteadyPrediction(
         moved.forward_speed_m_s(start - 1e-9),
         float(np.mean(moved.power_in_w[steady][1:])),
         float(np.mean(moved.power_dissipated_w[steady][1:])),
@@ -71,7 +78,7 @@ def predict_fits(model: ChainModel, fits: Sequence[SineFit]) -> Prediction:
 
 
 def predict_angles(
-    model: ChainModel, t_s: Array, joint_angle_rad: Array, start_s: float, end_s: float
+    model: ChainModel, t_s: Floats, joint_angle_rad: Floats, start_s: float, end_s: float
 ) -> float:
     """Speed in m/s over a window, of a body whose joints go through these angles (N, joints), gaps filled;
     ``nan`` if it cannot be told."""
@@ -83,7 +90,7 @@ def predict_angles(
     return replay(model, t_s, filled).forward_speed_m_s(start_s - 1e-9, end_s + 1e-9)
 
 
-def fill_gaps(t_s: Array, angle_rad: Array, most: float = 0.5) -> Array | None:
+def fill_gaps(t_s: Floats, angle_rad: Floats, most: float = 0.5) -> Floats | None:
     """Angles (N, k) with lost samples interpolated; ``None`` where a joint lost more than this share of
     them."""
     known = np.isfinite(angle_rad)

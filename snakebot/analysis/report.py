@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from snakebot.analysis import figures
-from snakebot.analysis.report_many import add_overview
+from snakebot.analysis import course_figures, figures
+from snakebot.analysis.conditions import conditions_text
+from snakebot.analysis.report_many import ERROR_HELP, TE_HELP, add_overview
 from snakebot.analysis.run_analysis import RunAnalysis
 from snakebot.analysis.tables import PaperTables
 from snakebot.report import Column, Facts, Note, Page, Section, Table
 from snakebot.report.blocks import significant
 
 TOTAL_POINTS = 24_000  # over all joint charts of a page: a minute of five joints stays far below 2 MB
-DETAILED_RUNS = 40
+DETAILED_RUNS = 40  # runs with a table of their own; chosen
 
 
 def analysis_page(runs: Sequence[RunAnalysis], tables: PaperTables, footer: str = "") -> Page:
@@ -47,6 +48,9 @@ def _add_run(section: Section, run: RunAnalysis, points: int) -> None:
     body = figures.body_animation(run, frames=min(1200, points))
     if body is not None:
         section.add(body)
+    course = course_figures.charts(run, points)
+    if course:
+        section.add_grid(*course)
     if predictions := prediction_table(run):
         section.add(predictions)
     for chart in figures.joint_traces(run, points):
@@ -67,8 +71,8 @@ def _add_run(section: Section, run: RunAnalysis, points: int) -> None:
 def _about(run: RunAnalysis) -> list[str]:
     metadata = run.run.metadata
     about = [gait_text(run)] if run.gait else []
-    if run.faults:
-        about.append(f"joint {run.faults.joints} {run.faults.kind}")
+    if told := conditions_text(run):
+        about.append(told)
     if metadata.get("simulated") is True:
         about.append("simulated board")
     if isinstance(metadata.get("port"), str):
@@ -109,7 +113,7 @@ def _facts(run: RunAnalysis) -> Facts:
         error = run.speed_error_percent
         remark = "ideal tracking" if ideal else "measured angles in the model"
         if math.isfinite(error):
-            remark += f"; measured is {text(error, '%')} off (36)"
+            remark += f"; measured is {text(error, '%')} off"
         tiles.append(("predicted speed", text(predicted, "m/s"), remark))
         tiles.append(("power dissipated", text(run.power_dissipated_w, "W"), "encoders and measured speed"))
         tiles.append(("power in", text(run.power_in_w, "W"), "measured angles in the model"))
@@ -119,7 +123,7 @@ def _facts(run: RunAnalysis) -> Facts:
         (
             "tracking error TE",
             text(run.te, ""),
-            "all joints (37)" if math.isfinite(run.te) else "no amplitude",
+            "all joints" if math.isfinite(run.te) else "no amplitude",
         )
     )
     tiles.append(("largest RMS error", text(math.degrees(rms), "deg"), f"joint {worst.joint}"))
@@ -136,7 +140,7 @@ def _facts(run: RunAnalysis) -> Facts:
 def joint_table(run: RunAnalysis) -> Table:
     columns = [
         Column("joint"),
-        Column("TE", "(37)", 3, "rms error over the gait's amplitude, dimensionless", decimals=4),
+        Column("TE", "", 3, TE_HELP, decimals=4),
         Column("RMS error", "deg", 3, decimals=2),
         Column("max error", "deg", 3, decimals=2),
         Column("mean error", "deg", 3, "constant part of the error", decimals=2),
@@ -193,7 +197,7 @@ def joint_table(run: RunAnalysis) -> Table:
 
 
 def prediction_table(run: RunAnalysis) -> Table | None:
-    """The sine-replay prediction beside the ideal one (Section IX)."""
+    """The sine-replay prediction beside the ideal one."""
     predictions = run.predictions
     named = [
         ("ideal tracking of the gait", predictions.ideal),
@@ -212,7 +216,13 @@ def prediction_table(run: RunAnalysis) -> Table | None:
     columns = [
         Column("motion of the joints in the nominal model"),
         Column("speed", "m/s", 4),
-        Column("measured is off by", "% (36)", 3, decimals=1),
+        Column(
+            "measured is off by",
+            "%",
+            3,
+            ERROR_HELP,
+            decimals=1,
+        ),
         Column("power in", "W", 4),
         Column("power dissipated", "W", 4),
     ]

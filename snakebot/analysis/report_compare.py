@@ -9,7 +9,9 @@ import numpy as np
 from snakebot.analysis import figures
 from snakebot.analysis.bodies import model_path, recorded_path
 from snakebot.analysis.comparison import Comparison
+from snakebot.analysis.conditions import conditions_text
 from snakebot.analysis.report import gait_text, link_table, steady_text
+from snakebot.analysis.report_many import TE_HELP
 from snakebot.report import (
     Axis,
     BarChart,
@@ -27,13 +29,18 @@ from snakebot.report import (
 )
 from snakebot.report.blocks import significant
 
-POINTS = 2000
+POINTS = 2000  # of a drawn line; chosen, more than a screen has columns
 
 
 def comparison_page(found: Comparison, footer: str = "") -> Page:
     """One page: figures of the gap, joint by joint, and both bodies over ground."""
     real = found.real
-    about = [real.robot.name, gait_text(real) if real.gait else "", f"against {found.sim_source}"]
+    about = [
+        real.robot.name,
+        gait_text(real) if real.gait else "",
+        conditions_text(real),
+        f"against {found.sim_source}",
+    ]
     page = Page(f"{real.name}: robot and simulation", " · ".join(text for text in about if text), footer)
     section = page.section("Overview")
     section.add(_facts(found))
@@ -81,14 +88,30 @@ def joint_table(found: Comparison) -> Table:
     columns = [
         Column("joint"),
         Column(
-            "RMS difference", "deg", 3, "measured angle of the robot minus that of the simulation", decimals=3
+            "RMS difference",
+            "deg",
+            3,
+            "root mean square of the measured angle of the robot minus that of the simulation",
+            decimals=3,
         ),
         Column("max", "deg", 3, decimals=3),
         Column("mean", "deg", 3, decimals=3),
         Column("share", "%", 3, "of the summed squared difference of all joints", decimals=1),
         Column("correlation", "", 5, decimals=4),
-        Column("TE robot", "(37)", 3, decimals=4),
-        Column("TE sim", "(37)", 3, decimals=4),
+        Column(
+            "TE robot",
+            "",
+            3,
+            TE_HELP,
+            decimals=4,
+        ),
+        Column(
+            "TE sim",
+            "",
+            3,
+            TE_HELP,
+            decimals=4,
+        ),
         Column("gain robot", "", 4, "measured over commanded amplitude", decimals=3),
         Column("gain sim", "", 4, decimals=3),
         Column("lag robot", "ms", 3, decimals=1),
@@ -135,7 +158,7 @@ def _facts(found: Comparison) -> Facts:
                 found.real.speed_source or "not recorded",
             ),
             ("speed of the simulation", text(found.sim.speed_m_s, "m/s"), found.sim_source),
-            ("speed error", text(found.speed_error_percent, "%"), "(36), the simulation predicts"),
+            ("speed error", text(found.speed_error_percent, "%"), "the simulation predicts"),
         ]
     return Facts(tiles)
 

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from snakebot.analysis.conditions import CONDITIONS, Setup, condition, robot_text
 from snakebot.analysis.run_analysis import RunAnalysis
 from snakebot.analysis.tables import FaultTable, NeighbourTable, PaperTables, SpeedRow
+from snakebot.in_words import shortened
 from snakebot.report import Axis, Column, Curve, Line, LineChart, Page, Section, Table, XYChart
 from snakebot.report.blocks import NOT_KNOWN, significant
 
-SET_POINT_RUNS = 12
+TE_HELP = "tracking error: rms of measured less commanded angle, over the gait's amplitude"
+ERROR_HELP = "measured less predicted, over predicted"
+SET_POINT_RUNS = 12  # runs whose set-points are drawn over each other; chosen, more cannot be told apart
 
 
 def add_overview(page: Page, runs: Sequence[RunAnalysis], tables: PaperTables) -> None:
     section = page.section("All runs")
     section.add(runs_table(runs))
+    runs = [run for run in runs if not run.run.aborted]  # listed, not averaged
     if tables.speeds:
         _speeds(page.section("Speed of gaits"), tables, runs)
     for near in tables.neighbours:
@@ -34,16 +39,19 @@ def runs_table(runs: Sequence[RunAnalysis]) -> Table:
         Column("β", "deg", 4, decimals=1),
         Column("ω", "rad/s", 4, decimals=2),
         Column("steady cycles"),
-        Column("TE", "(37)", 3, decimals=4),
+        Column("TE", "", 3, TE_HELP, decimals=4),
         Column("worst RMS error", "deg", 3, decimals=2),
         Column("worst lag", "ms", 3, decimals=2),
         Column("worst harmonics", "%", 3, decimals=2),
         Column("speed", "m/s", 3),
         Column("predicted", "m/s", 3, "nominal model, ideal tracking"),
-        Column("error", "% (36)", 3, decimals=1),
+        Column("error", "%", 3, ERROR_HELP, decimals=1),
         Column("lost", "%", 3, decimals=2),
         Column("late ticks"),
+        *(Column(name) for name in CONDITIONS if any(condition(run, name) for run in runs)),
     ]
+    if len({robot_text(run) for run in runs}) > 1:
+        columns.append(Column("robot"))
     if all(run.robot.body is None for run in runs):
         columns = [c for c in columns if c.name not in ("speed", "predicted", "error")]
     rows: list[list[object]] = []
@@ -64,27 +72,31 @@ def runs_table(runs: Sequence[RunAnalysis]) -> Table:
             "error": run.speed_error_percent,
             "lost": 100 * run.link.lost,
             "late ticks": run.link.late_ticks,
+            **{name: shortened(condition(run, name)) for name in CONDITIONS},
+            "robot": shortened(robot_text(run)),
         }
         rows.append([row[column.name] for column in columns])
     return Table(columns, rows)
 
 
 def speed_table(rows: Sequence[SpeedRow]) -> Table:
-    """Layout of Table II, and the sine replay beside it."""
+    """Speed and tracking error of each gait, and the sine replay beside it."""
     columns = [
         Column("ω", "rad/s", 4, decimals=2),
         Column("α", "deg", 4, decimals=1),
         Column("β", "deg", 4, decimals=1),
         Column("predicted speed", "m/s", 3, "nominal model, ideal tracking"),
-        Column("experimental speed", "m/s", 3),
-        Column("error", "% (36)", 3, decimals=1),
-        Column("TE", "(37)", 3, decimals=4),
+        Column("measured speed", "m/s", 3),
+        Column("error", "%", 3, ERROR_HELP, decimals=1),
+        Column("TE", "", 3, TE_HELP, decimals=4),
         Column(
             "predicted from measured sines", "m/s", 3, "least-squares sines of the measured angles, replayed"
         ),
         Column("runs"),
     ]
-    cells = [
+    apart = _told_apart(rows)
+    columns += [Column(name) for name in apart]
+    cells: list[list[object]] = [
         [
             r.omega_rad_s,
             r.alpha_deg,
@@ -95,14 +107,27 @@ def speed_table(rows: Sequence[SpeedRow]) -> Table:
             r.te,
             r.sine_replay_m_s,
             r.runs,
+            *(told(r.setup) for told in apart.values()),
         ]
         for r in rows
     ]
-    return Table(columns, cells, "Gait velocity results (layout of Table II)")
+    return Table(columns, cells, "Speed of gaits", keys=3)
+
+
+def _told_apart(rows: Sequence[SpeedRow]) -> dict[str, Callable[[Setup], object]]:
+    """A column each for what the rows' runs do not have in common, or had beside their gait."""
+    told: dict[str, Callable[[Setup], object]] = {}
+    if any(r.setup.offset_deg for r in rows):
+        told["offset deg"] = lambda setup: setup.offset_deg
+    if any(r.setup.effects for r in rows):
+        told["effect"] = lambda setup: shortened(setup.effects)
+    if len({r.setup.robot for r in rows}) > 1:
+        told["robot"] = lambda setup: shortened(setup.robot)
+    return told
 
 
 def neighbour_table(table: NeighbourTable) -> Table:
-    """Layout of Table III: predicted, experimental and their difference in every cell."""
+    """Predicted speed, measured speed and their difference in every cell."""
 
     def cell(row: SpeedRow | None) -> str:
         if row is None:
@@ -119,18 +144,20 @@ def neighbour_table(table: NeighbourTable) -> Table:
         [alpha, *(cell(entry) for entry in line)]
         for alpha, line in zip(table.alphas_deg, table.cells, strict=True)
     ]
-    caption = f"Predicted / experimental speed and error (36) at ω = {table.omega_rad_s:g} rad/s (layout of Table III)"
+    caption = (
+        f"Speed predicted / measured, and error, at ω = {table.omega_rad_s:g} rad/s; {table.setup.text()}"
+    )
     return Table(columns, rows, caption)
 
 
 def fault_table(table: FaultTable) -> Table:
-    """Layout of Table IV. The power is the simulation's, as in the paper."""
+    """Speed with failed joints, the healthy robot first. The power is the simulation's."""
     columns = [
         Column("failure"),
         Column("joint"),
         Column("predicted speed", "m/s", 3),
-        Column("experimental speed", "m/s", 3),
-        Column("error", "% (36)", 3, decimals=1),
+        Column("measured speed", "m/s", 3),
+        Column("error", "%", 3, ERROR_HELP, decimals=1),
         Column("power in (simulation)", "W", 3),
         Column("runs"),
     ]
@@ -139,7 +166,7 @@ def fault_table(table: FaultTable) -> Table:
         for r in table.rows
     ]
     gait = f"α = {table.alpha_deg:g}°, β = {table.beta_deg:g}°, ω = {table.omega_rad_s:g} rad/s"
-    return Table(columns, rows, f"Hyper-redundancy, {gait} (layout of Table IV)")
+    return Table(columns, rows, f"Speed with joints that failed, {gait}; {table.setup.text()}", keys=2)
 
 
 def _speeds(section: Section, tables: PaperTables, runs: Sequence[RunAnalysis]) -> None:
@@ -170,7 +197,7 @@ def _speeds(section: Section, tables: PaperTables, runs: Sequence[RunAnalysis]) 
     if curves:
         blocks.append(
             XYChart(
-                "Measured against predicted speed (as Fig. 21)",
+                "Measured against predicted speed",
                 curves,
                 Axis("predicted speed", "m/s", 4),
                 Axis("measured speed", "m/s", 4),
@@ -183,10 +210,10 @@ def _speeds(section: Section, tables: PaperTables, runs: Sequence[RunAnalysis]) 
     if len(with_te) > 1:
         blocks.append(
             XYChart(
-                "Tracking error against frequency",
+                "Tracking error TE (rms error over amplitude) against frequency",
                 [_cloud("", with_te, "error")],
                 Axis("ω", "rad/s", 3),
-                Axis("TE (37)", "", 4),
+                Axis("tracking error TE", "", 4),
                 height=320,
             )
         )
@@ -199,10 +226,10 @@ def _cloud(name: str, points: Sequence[tuple[float, float, str]], color: str) ->
 
 
 def _set_points(page: Page, runs: Sequence[RunAnalysis]) -> None:
-    """Fig. 22: two cycles of set-point and measured angle of one joint, one run a frequency, from slow to fast."""
+    """Two cycles of set-point and measured angle of one joint, one run a frequency, from slow to fast."""
     worst: dict[float, RunAnalysis] = {}
     for run in runs:
-        if run.omega_rad_s and not run.faults and math.isfinite(run.te):
+        if run.omega_rad_s and not run.faults and not run.faults.changed and math.isfinite(run.te):
             omega = round(run.omega_rad_s, 3)
             worst[omega] = max(worst.get(omega, run), run, key=lambda r: r.te)
     periodic = [worst[omega] for omega in sorted(worst)]
@@ -237,8 +264,8 @@ def _set_points(page: Page, runs: Sequence[RunAnalysis]) -> None:
             )
         )
     section = page.section(
-        f"Set-point and measured angle of joint {joint} (as Fig. 22)",
-        "The last two steady cycles, from slow to fast; of each frequency the run that tracks worst.",
+        f"Set-point and measured angle of joint {joint}",
+        "The last two steady cycles, from slow to fast; of each frequency the sound run that tracks worst.",
     )
     section.add_grid(*charts)
 

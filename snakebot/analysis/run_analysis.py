@@ -9,20 +9,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from snakebot.analysis.channels import channel_doubts
 from snakebot.analysis.faults import JointFaults, joint_faults
 from snakebot.analysis.joints import JointAnalysis, analyze_joint
 from snakebot.analysis.link_quality import LinkQuality, link_quality
 from snakebot.analysis.power import dissipated_power, electrical_power, mean_power
 from snakebot.analysis.prediction import (
-    Prediction,
+    SteadyPrediction,
     fill_gaps,
     predict_angles,
     predict_fits,
     predict_gait,
 )
-from snakebot.analysis.sine import Array, SineFit, estimate_omega
+from snakebot.analysis.sine import SineFit, estimate_omega
 from snakebot.analysis.speed import Speed, forward_speed, speed_error_percent
 from snakebot.analysis.steady import SteadyState, find_steady_state
+from snakebot.arrays import Floats
 
 if TYPE_CHECKING:
     from snakebot.gait import Gait
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
     from snakebot.runlog import Run
 
+# Relative; chosen: the fitted frequency may differ so much from the stated one before it is told.
 FREQUENCY_TOLERANCE = 0.02
 
 
@@ -42,9 +45,9 @@ class Predictions:
     ``angle_replay_speed_m_s``: for a motion that is not periodic, the measured angles sample by sample.
     """
 
-    ideal: Prediction | None = None
-    sine_replay: Prediction | None = None
-    angle_replay: Prediction | None = None
+    ideal: SteadyPrediction | None = None
+    sine_replay: SteadyPrediction | None = None
+    angle_replay: SteadyPrediction | None = None
     angle_replay_speed_m_s: float = math.nan
 
 
@@ -104,14 +107,24 @@ def analyze_run(
             ones).
     """
     warnings: list[str] = []
+    if run.aborted:
+        warnings.append(f"the run did not finish ({run.ended}): it enters no average")
+    warnings += [doubt.text for doubt in channel_doubts(run, robot)]
     omega, source = _frequency(run, warnings)
     position = run.pose[:, :2] if run.pose is not None and np.isfinite(run.pose).any() else None
     steady = steady or find_steady_state(run.t_s, run.command_rad, run.measured_rad, omega, position)
     inside = steady.mask(run.t_s)
-    amplitude = run.gait.alpha_rad if run.gait is not None else None
+    amplitudes: list[float | None] = [None] * run.joints
+    if run.gait is not None:
+        amplitudes = [run.gait.alpha_rad * share for share in run.gait.of_joints(run.joints)]
     joints = tuple(
         analyze_joint(
-            j + 1, run.t_s[inside], run.command_rad[inside, j], run.measured_rad[inside, j], omega, amplitude
+            j + 1,
+            run.t_s[inside],
+            run.command_rad[inside, j],
+            run.measured_rad[inside, j],
+            omega,
+            amplitudes[j],
         )
         for j in range(run.joints)
     )
@@ -257,5 +270,5 @@ def _dissipated(
     return float(np.mean(dissipated_power(model, t, angle, speed)[:-1]))
 
 
-def _floats(extra: Mapping[str, Any]) -> dict[str, Array]:
+def _floats(extra: Mapping[str, Any]) -> dict[str, Floats]:
     return {k: v.astype(np.float64) for k, v in extra.items() if np.issubdtype(v.dtype, np.number)}

@@ -10,11 +10,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from snakebot.arrays import Floats
 
-MAX_HARMONICS = 9
+MAX_HARMONICS = 9  # of a fit; chosen, a servo filters out what is beyond
 MIN_CONDITION = 1e-8  # of the normal equations: a window of a tenth of a cycle determines no sine
 MIN_CYCLES = 1.5  # fewer do not tell a slow sine from a drift
 PERIODIC_SHARE = 0.9  # of the command's variance that a periodic fit must explain
@@ -30,8 +29,8 @@ class SineFit:
 
     omega_rad_s: float
     offset: float
-    amplitudes: Array
-    phases_rad: Array
+    amplitudes: Floats
+    phases_rad: Floats
     residual_rms: float
     samples: int
 
@@ -53,14 +52,14 @@ class SineFit:
             return math.nan
         return float(np.sqrt(np.sum(self.amplitudes[1:] ** 2)) / self.amplitude)
 
-    def evaluate(self, t_s: Array) -> Array:
+    def evaluate(self, t_s: Floats) -> Floats:
         """The fitted curve at times ``t_s`` (N,)."""
         order = np.arange(1, len(self.amplitudes) + 1)
         angle = self.omega_rad_s * np.asarray(t_s)[:, None] * order + self.phases_rad
         return np.asarray(self.offset + np.sin(angle) @ self.amplitudes, dtype=np.float64)
 
 
-def usable_harmonics(t_s: Array, omega_rad_s: float, most: int = MAX_HARMONICS) -> int:
+def usable_harmonics(t_s: Floats, omega_rad_s: float, most: int = MAX_HARMONICS) -> int:
     """How many harmonics of ``omega_rad_s`` the samples can tell apart: up to 0.8 of half the sampling
     rate."""
     steps = np.diff(t_s)
@@ -70,7 +69,7 @@ def usable_harmonics(t_s: Array, omega_rad_s: float, most: int = MAX_HARMONICS) 
     return int(np.clip(math.floor(0.8 * nyquist / omega_rad_s), 1, most))
 
 
-def fit_sine(t_s: Array, y: Array, omega_rad_s: float, harmonics: int = 1) -> SineFit | None:
+def fit_sine(t_s: Floats, y: Floats, omega_rad_s: float, harmonics: int = 1) -> SineFit | None:
     """Fit a sine and its first ``harmonics`` to one signal.
 
     Args:
@@ -110,7 +109,7 @@ def wrap_rad(angle_rad: float) -> float:
     return float(math.pi - (math.pi - angle_rad) % (2 * math.pi))
 
 
-def estimate_omega(t_s: Array, command_rad: Array) -> float | None:
+def estimate_omega(t_s: Floats, command_rad: Floats) -> float | None:
     """The fundamental of a periodic command, in rad/s, from the command alone.
 
     The start and the end of a run are left out (amplitude is ramped there). ``None`` for a command that is
@@ -146,7 +145,7 @@ def estimate_omega(t_s: Array, command_rad: Array) -> float | None:
     return omega if enough and periodic else None
 
 
-def _design(t_s: Array, omega_rad_s: float, harmonics: int) -> Array:
+def _design(t_s: Floats, omega_rad_s: float, harmonics: int) -> Floats:
     angle = omega_rad_s * t_s[:, None] * np.arange(1, harmonics + 1)
     design = np.empty((len(t_s), 1 + 2 * harmonics))
     design[:, 0] = 1.0
@@ -155,7 +154,7 @@ def _design(t_s: Array, omega_rad_s: float, harmonics: int) -> Array:
     return design
 
 
-def _spectral_peak(t_s: Array, signals: list[Array]) -> float | None:
+def _spectral_peak(t_s: Floats, signals: list[Floats]) -> float | None:
     step = float(np.median(np.diff(t_s)))
     if step <= 0:
         return None
@@ -170,7 +169,7 @@ def _spectral_peak(t_s: Array, signals: list[Array]) -> float | None:
     return float(2 * math.pi * np.argmax(power) / (size * step)) if power.max() > 0 else None
 
 
-def _misfit(t_s: Array, signals: list[Array], omega_rad_s: float, harmonics: int) -> float:
+def _misfit(t_s: Floats, signals: list[Floats], omega_rad_s: float, harmonics: int) -> float:
     """Share of the signals' variance that the fit leaves."""
     left = total = 0.0
     for signal in signals:
@@ -181,7 +180,7 @@ def _misfit(t_s: Array, signals: list[Array], omega_rad_s: float, harmonics: int
     return left / total if total > 0 else 1.0
 
 
-def _refine(t_s: Array, signals: list[Array], low: float, high: float) -> float:
+def _refine(t_s: Floats, signals: list[Floats], low: float, high: float) -> float:
     """Golden-section search for the frequency with the least misfit of a single sine."""
     golden = (math.sqrt(5) - 1) / 2
     a, b = high - golden * (high - low), low + golden * (high - low)

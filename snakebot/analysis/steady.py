@@ -15,10 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from snakebot.analysis.sine import Array, fit_sine
+from snakebot.analysis.sine import fit_sine
+from snakebot.arrays import Floats
 
 TOLERANCE = 0.01  # of the joint's amplitude, or of the distance a cycle
-MIN_SETTLED_CYCLES = 2
+MIN_SETTLED_CYCLES = 2  # whole cycles of the gait that must be alike; fewer show no trend
 SAMPLES_A_CYCLE = 3  # fewer show no wave
 MIN_SETTLED_SHARE = 0.2  # of all cycles: a drift, too, has a piece where it is slow
 
@@ -37,7 +38,7 @@ class SteadyState:
     settled: bool
     reason: str
 
-    def mask(self, t_s: Array) -> NDArray[np.bool_]:
+    def mask(self, t_s: Floats) -> NDArray[np.bool_]:
         """Samples (N,) inside: the end is left out, so that whole cycles are not counted one sample twice."""
         inside = (t_s >= self.start_s - 1e-9) & (t_s < self.end_s - 1e-9)
         return inside if inside.any() else np.isfinite(t_s)
@@ -48,11 +49,11 @@ class SteadyState:
 
 
 def find_steady_state(
-    t_s: Array,
-    command_rad: Array,
-    measured_rad: Array,
+    t_s: Floats,
+    command_rad: Floats,
+    measured_rad: Floats,
     omega_rad_s: float | None,
-    position_m: Array | None = None,
+    position_m: Floats | None = None,
 ) -> SteadyState:
     """Choose the steady part of a run.
 
@@ -112,7 +113,7 @@ def find_steady_state(
     )
 
 
-def _commanded_span(t_s: Array, command_rad: Array) -> tuple[float, float]:
+def _commanded_span(t_s: Floats, command_rad: Floats) -> tuple[float, float]:
     """From the first to the last sample at which any servo had a command that is part of a motion."""
     known = np.isfinite(command_rad).any(axis=1)
     moving = np.zeros(len(t_s), dtype=bool)
@@ -124,14 +125,14 @@ def _commanded_span(t_s: Array, command_rad: Array) -> tuple[float, float]:
 
 
 def _describe(
-    t_s: Array,
-    command: Array,
-    measured: Array,
-    position: Array | None,
+    t_s: Floats,
+    command: Floats,
+    measured: Floats,
+    position: Floats | None,
     start: float,
     period: float,
     omega: float,
-) -> Array:
+) -> Floats:
     """Features of one window: real and imaginary part and offset of each joint's sine; distance covered."""
     window = (t_s >= start) & (t_s < start + period)
     features: list[float] = []
@@ -152,12 +153,12 @@ def _describe(
     return np.array(features)
 
 
-def _known(t_s: Array, values: Array) -> tuple[Array, Array]:
+def _known(t_s: Floats, values: Floats) -> tuple[Floats, Floats]:
     good = np.isfinite(values)
     return (t_s[good], values[good]) if good.any() else (t_s[:1], np.zeros(1))
 
 
-def _scatter(features: Array) -> Array:
+def _scatter(features: Floats) -> Floats:
     """Three standard deviations from cycle to cycle, from second differences: noise is in them, a drift is
     not."""
     if len(features) < 6:
@@ -168,7 +169,7 @@ def _scatter(features: Array) -> Array:
         return np.nan_to_num(3 * 1.4826 * np.nanmedian(np.abs(second), axis=0) / math.sqrt(6))
 
 
-def _longest_steady_stretch(features: Array) -> tuple[int, int] | None:
+def _longest_steady_stretch(features: Floats) -> tuple[int, int] | None:
     """First and last window of the longest stretch in which all agree with one of them; of equals the latest."""
     known = np.isfinite(features)
     if len(features) < 3 or not known.any(axis=1).all():
@@ -188,7 +189,7 @@ def _longest_steady_stretch(features: Array) -> tuple[int, int] | None:
     return best
 
 
-def _tolerance(features: Array) -> Array:
+def _tolerance(features: Floats) -> Floats:
     """How far each feature may be from that of another window."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # a joint that is never known has no median

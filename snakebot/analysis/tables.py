@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snakebot.analysis.conditions import USUAL, Setup, setup_of
 from snakebot.analysis.run_analysis import RunAnalysis
 from snakebot.analysis.speed import speed_error_percent
 
@@ -29,6 +30,7 @@ class SpeedRow:
     te: float  # (37)
     sine_replay_m_s: float
     runs: int
+    setup: Setup = USUAL
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,7 @@ class NeighbourTable:
     alphas_deg: tuple[float, ...]
     betas_deg: tuple[float, ...]
     cells: tuple[tuple[SpeedRow | None, ...], ...]
+    setup: Setup = USUAL
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,7 @@ class FaultTable:
     beta_deg: float
     omega_rad_s: float
     rows: tuple[FaultRow, ...]
+    setup: Setup = USUAL
 
 
 @dataclass(frozen=True)
@@ -73,23 +77,36 @@ class PaperTables:
 
 
 def paper_tables(runs: Sequence[RunAnalysis]) -> PaperTables:
-    """Sort the runs that have a gait into the three tables. Runs without one, or with faults
-    that came or went in mid-run, are in none."""
+    """Sort the runs that have a gait into the three tables. Runs without one, with faults that came or went in
+    mid-run, or that did not finish, are in none. Robots, effects and bends stand apart: nothing is averaged over them.
+    """
+    apart: dict[Setup, list[RunAnalysis]] = defaultdict(list)
+    for run in runs:
+        if not (run.gait is None or run.robot.body is None or run.faults.changed or run.run.aborted):
+            apart[setup_of(run)].append(run)
+    found = [_tables(setup, apart[setup]) for setup in sorted(apart)]
+    speeds = [row for tables in found for row in tables.speeds]
+    return PaperTables(
+        speeds=tuple(sorted(speeds, key=lambda r: (r.omega_rad_s, r.alpha_deg, r.beta_deg, r.setup))),
+        neighbours=tuple(table for tables in found for table in tables.neighbours),
+        faults=tuple(table for tables in found for table in tables.faults),
+    )
+
+
+def _tables(setup: Setup, runs: Sequence[RunAnalysis]) -> PaperTables:
     healthy: dict[tuple[float, float, float], list[RunAnalysis]] = defaultdict(list)
     broken: dict[tuple[float, float, float], dict[tuple[str, str], list[RunAnalysis]]] = defaultdict(dict)
     for run in runs:
-        if run.gait is None or run.robot.body is None or run.faults.changed:
-            continue
         key = _gait_key(run)
         if run.faults:
-            broken[key].setdefault((run.faults.kind, run.faults.joints), []).append(run)
+            broken[key].setdefault((run.faults.kind, run.faults.described), []).append(run)
         else:
             healthy[key].append(run)
-    speeds = {key: _speed_row(key, group) for key, group in healthy.items()}
+    speeds = {key: _speed_row(key, group, setup) for key, group in healthy.items()}
     return PaperTables(
-        speeds=tuple(sorted(speeds.values(), key=lambda r: (r.omega_rad_s, r.alpha_deg, r.beta_deg))),
-        neighbours=tuple(_neighbours(speeds)),
-        faults=tuple(_faults(key, broken[key], healthy.get(key, [])) for key in sorted(broken)),
+        speeds=tuple(speeds.values()),
+        neighbours=tuple(_neighbours(speeds, setup)),
+        faults=tuple(_faults(key, broken[key], healthy.get(key, []), setup) for key in sorted(broken)),
     )
 
 
@@ -110,7 +127,7 @@ def _speeds(group: Sequence[RunAnalysis]) -> tuple[float, float]:
     return predicted, _mean([r.speed_m_s for r in group])
 
 
-def _speed_row(key: tuple[float, float, float], group: Sequence[RunAnalysis]) -> SpeedRow:
+def _speed_row(key: tuple[float, float, float], group: Sequence[RunAnalysis], setup: Setup) -> SpeedRow:
     predicted, measured = _speeds(group)
     return SpeedRow(
         *key,
@@ -122,10 +139,11 @@ def _speed_row(key: tuple[float, float, float], group: Sequence[RunAnalysis]) ->
             [r.predictions.sine_replay.speed_m_s for r in group if r.predictions.sine_replay]
         ),
         runs=len(group),
+        setup=setup,
     )
 
 
-def _neighbours(speeds: dict[tuple[float, float, float], SpeedRow]) -> list[NeighbourTable]:
+def _neighbours(speeds: dict[tuple[float, float, float], SpeedRow], setup: Setup) -> list[NeighbourTable]:
     """One table for each omega at which both alpha and beta were varied."""
     tables = []
     for omega in sorted({key[2] for key in speeds}):
@@ -134,7 +152,7 @@ def _neighbours(speeds: dict[tuple[float, float, float], SpeedRow]) -> list[Neig
         betas = tuple(sorted({key[1] for key in here}))
         if len(alphas) > 1 and len(betas) > 1:
             cells = tuple(tuple(here.get((a, b, omega)) for b in betas) for a in alphas)
-            tables.append(NeighbourTable(omega, alphas, betas, cells))
+            tables.append(NeighbourTable(omega, alphas, betas, cells, setup))
     return tables
 
 
@@ -142,6 +160,7 @@ def _faults(
     key: tuple[float, float, float],
     groups: dict[tuple[str, str], list[RunAnalysis]],
     healthy: list[RunAnalysis],
+    setup: Setup,
 ) -> FaultTable:
     rows = []
     if healthy:
@@ -149,7 +168,7 @@ def _faults(
     rows += [
         _fault_row(kind, joints, groups[kind, joints]) for kind, joints in sorted(groups, key=_fault_order)
     ]
-    return FaultTable(*key, rows=tuple(rows))
+    return FaultTable(*key, rows=tuple(rows), setup=setup)
 
 
 def _fault_order(name: tuple[str, str]) -> tuple[str, int, str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from snakebot.analysis.sine import Array
+from snakebot.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Tracking:
     samples: int
 
 
-def tracking(measured_rad: Array, reference_rad: Array, amplitude_rad: float) -> Tracking:
+def tracking(measured_rad: Floats, reference_rad: Floats, amplitude_rad: float) -> Tracking:
     """Errors of one joint (N,) against its reference (N,); ``nan`` samples are left out.
 
     ``te = sqrt(sum (measured - reference)^2 / N) / amplitude`` (37).
@@ -67,7 +67,9 @@ class Hysteresis:
 UNKNOWN_HYSTERESIS = Hysteresis(math.nan, math.nan, math.nan, math.nan, math.nan, 0)
 
 
-def hysteresis(t_s: Array, measured_rad: Array, command_rad: Array, cycles: float = math.nan) -> Hysteresis:
+def hysteresis(
+    t_s: Floats, measured_rad: Floats, command_rad: Floats, cycles: float = math.nan
+) -> Hysteresis:
     """Fit the error of one joint against the velocity of its command; all arrays are (N,).
 
     ``cycles`` is how many cycles of a periodic motion the samples span; without it there is no ``loop``.
@@ -98,7 +100,7 @@ def hysteresis(t_s: Array, measured_rad: Array, command_rad: Array, cycles: floa
     return Hysteresis(half_width, lag, constant, loop, explained, int(moving.sum()))
 
 
-def rate(t_s: Array, angle_rad: Array) -> Array:
+def rate(t_s: Floats, angle_rad: Floats) -> Floats:
     """Central differences on irregular times, (N,); ``nan`` beside a lost sample."""
     out = np.full_like(angle_rad, np.nan, dtype=np.float64)
     if len(t_s) < 3:
@@ -110,7 +112,7 @@ def rate(t_s: Array, angle_rad: Array) -> Array:
     return out
 
 
-def _loop(velocity: Array, error: Array, cycles: float) -> float:
+def _loop(velocity: Floats, error: Floats, cycles: float) -> float:
     error = error - error.mean()
     ellipse = 2 * math.pi * float(np.std(velocity) * np.std(error))  # pi E V, in terms of the two rms values
     if not (cycles > 0 and ellipse > 0):

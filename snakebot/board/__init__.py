@@ -3,7 +3,19 @@
 from __future__ import annotations
 
 from snakebot.board.client import Board
-from snakebot.board.limits import check_limits
-from snakebot.board.readings import BoardInfo, Pose, Reading, Received
+from snakebot.board.faults import LATCHED
+from snakebot.board.readings import BoardInfo, OtherHost, PoseReading, Reading, Received
+from snakebot.board.setpoints import MadeSetpoint
+from snakebot.board.wire_limits import check_limits
 
-__all__ = ["Board", "BoardInfo", "Pose", "Reading", "Received", "check_limits"]
+__all__ = [
+    "LATCHED",
+    "Board",
+    "BoardInfo",
+    "MadeSetpoint",
+    "OtherHost",
+    "PoseReading",
+    "Reading",
+    "Received",
+    "check_limits",
+]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-_WRAP = 1 << 32
+_WRAP = 1 << 32  # us: a board's clock is a 32-bit counter (PROTOCOL.md)
 _WINDOW = 64  # round trips that are remembered
 _TRUSTED = 8  # shortest round trips that are used: the others waited somewhere on one leg
 

@@ -1,73 +1,41 @@
-"""One board at the other end of a link: what the host asks of it and what it has said."""
+"""One board at the other end of a link: what the host asks of it."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 import secrets
-from collections import deque
 from collections.abc import Callable, Sequence
 
 from firmware_protocol import catalogue as msg
-from firmware_protocol.assembly import SampleAssembler, setpoint_messages, to_wire
-from firmware_protocol.catalogue import Fault, JointMode, Message, Mode, StopReason, decode, encode
-from firmware_protocol.frame import Frame, ProtocolError
-from snakebot.board.boardclock import BoardClock
+from firmware_protocol.assembly import SampleAssembler, to_wire
+from firmware_protocol.catalogue import Fault, JointMode, Message, Mode
+from snakebot.board.connection import BoardConnection, Claim
+from snakebot.board.faults import LATCHED
 from snakebot.board.handshake import Handshake
-from snakebot.board.limits import wire_limits
-from snakebot.board.readings import BoardInfo, Pose, Reading, Received
-from snakebot.board.requests import Requests
-from snakebot.clock import Clock
+from snakebot.board.readings import BoardInfo, Received
+from snakebot.board.setpoints import MadeSetpoint
+from snakebot.board.wire_limits import wire_limits
 from snakebot.errors import BadInputError, BoardFaultError, LostBoardError, NoBoardError
-from snakebot.links.base import Link
 from snakebot.robot import Robot
 
-HANDSHAKE_S = 2.0
-FIRST_SAMPLE_S = 5.0  # a sample of many joints is many frames: on a bad line few are whole
-HEARTBEAT_S = 0.1
+HANDSHAKE_S = 2.0  # for a board to answer; chosen
+FIRST_SAMPLE_S = 10.0  # a sample of many joints is many frames: on a bad line few are whole
+HEARTBEAT_S = 0.1  # of a host that holds the board, which lets go after 1 s without (PROTOCOL.md)
 SILENCE_S = 0.5  # a board beats ten times a second: after this long without a frame it is lost
-_TRAFFIC_KEPT = 40
+_ANSWERS_S = 0.02  # after the handshake: a second board on the line answers too
+_REPORT_S = 0.005  # all limits of an armed board have come by then, or some are lost
+_REPORTS_SHARE = 0.6  # of the watchdog's time, the longest to get them: nothing feeds it meanwhile
 
 
-FrameListener = Callable[[str, float, Frame], None]  # "tx" or "rx", host clock, frame
-
-
-class Board:
+class Board(BoardConnection):
     """A board behind a link.
 
     The constructor does not speak; ``connect`` does the handshake. Set-points are sent and forgotten; requests are
     repeated until they are acknowledged. ``poll`` must be called often: it reads, keeps the heartbeat, and raises when
-    the board is gone, has rebooted, or has entered a fault while it was armed.
+    the board is gone, has rebooted, or has entered a fault while it was armed. What a request reads while it waits is
+    handed out by the next ``poll``.
     """
-
-    def __init__(self, link: Link, clock: Clock, host: int | None = None) -> None:
-        self.link = link
-        self.clock = clock
-        self.where = link.port.removesuffix(":")  # how messages name this board
-        self.host = host if host is not None else secrets.randbelow(0xFFFFFFFF) + 1
-        self.info: BoardInfo | None = None
-        self.mode: Mode | None = None
-        self.fault = Fault.NONE
-        self.holder = 0
-        self.boot_id: int | None = None
-        self.last_reading: Reading | None = None
-        self.supply: msg.Supply | None = None
-        self.counters: msg.Counters | None = None
-        self.board_clock = BoardClock()
-        self.unreadable = 0  # frames that were no message of the catalogue
-        self.on_frame: FrameListener | None = None
-        self._assembler: SampleAssembler | None = None
-        self._positions: dict[int, msg.PosePosition] = {}
-        self._handshake = Handshake(self.where)
-        self._requests = Requests(self.where)
-        self._pings: dict[int, float] = {}
-        self._sequence = secrets.randbelow(0x10000)
-        self._heartbeats = 0
-        self._heartbeat_due_s = -math.inf
-        self._heard_s = clock.now_s()
-        self._armed = False  # by us, and not yet disarmed: a fault is then an error
-        self._not_ours = 0  # heartbeats in a row that say we do not hold the board that we have armed
-        self._stop_wanted: StopReason | None = None
-        self._traffic: deque[tuple[str, float, Frame]] = deque(maxlen=_TRAFFIC_KEPT)
 
     # -- handshake ---------------------------------------------------------------------------------------------------
 
@@ -75,8 +43,10 @@ class Board:
         """Ask the board who it is, compare versions and catalogues, and wait for the first sample.
 
         Raises:
-            NoBoardError: nobody answers, or the two ends do not speak the same catalogue (both sides are named).
+            NoBoardError: nobody answers, two boards do, or the two ends do not speak the same catalogue (both sides
+                are named).
         """
+        self._connecting, self._handshake = True, Handshake(self.where)
         deadline = self.clock.now_s() + timeout_s
         ask_s = -math.inf
         while (info := self._handshake.board()) is None:
@@ -91,12 +61,31 @@ class Board:
         self._assembler = SampleAssembler(info.joints)
         for _ in range(4):
             self.ping()
+        others_s = self.clock.now_s() + _ANSWERS_S
         deadline = max(deadline, self.clock.now_s() + FIRST_SAMPLE_S)
-        while self.last_reading is None or self.mode is None:
+        while not self._known() or self.clock.now_s() < others_s:
             if self.clock.now_s() >= deadline:
                 raise NoBoardError(f"{self.where}: the board answers, but sends no joint angles")
-            self._read(0.05)
+            self._read(0.05 if not self._known() else max(1e-4, others_s - self.clock.now_s()))
+        if self.neighbours.stranger is not None:
+            self._wait_for_the_next_beat()
+        self.found_latch = self.latch if self.mode in LATCHED else None
+        self._connecting = False
         return info
+
+    def _known(self) -> bool:
+        """Angles and mode have come, and the number of the stop or fault that it is in."""
+        named = self.mode is not None and (self.mode not in LATCHED or self.latch is not None)
+        return named and self.last_reading is not None
+
+    def _wait_for_the_next_beat(self) -> None:
+        """A second boot id was heard: read on until it is known whether there are two boards."""
+        end_s = self.clock.now_s() + 3 * HEARTBEAT_S
+        try:
+            while self.clock.now_s() < end_s:
+                self._read(max(1e-4, end_s - self.clock.now_s()))
+        except BoardFaultError as error:
+            raise NoBoardError(str(error)) from None
 
     # -- requests ----------------------------------------------------------------------------------------------------
 
@@ -104,49 +93,65 @@ class Board:
         """Power the servos where the joints are; from now on set-points are executed, and must keep coming.
 
         Raises:
-            BoardFaultError: the board refuses: another host holds it, or it is stopped or in a fault.
+            BoardFaultError: the board refuses (another host holds it, it is stopped or faulty), or the limits that it
+                reports are not those that it was asked for; it is disarmed again.
         """
-        self._request(lambda token: msg.ModeRequest(token, Mode.ARMED, self.host), "to arm")
-        self._armed = True
+        self._claim = Claim.ASKED
+        self._limits.forget_reports()
+        self._ask_to_arm()
+        try:
+            self._wait_for_the_limits()
+            self._limits.check()
+        except BoardFaultError:
+            with contextlib.suppress(BoardFaultError, LostBoardError):
+                if self.claimed:
+                    self.disarm()
+            raise
+
+    def _ask_to_arm(self) -> None:
+        self._request(
+            lambda token: msg.ModeRequest(token, Mode.ARMED, self.host),
+            "to arm",
+            copies=2 if self.lossy else 1,
+        )
+
+    def _wait_for_the_limits(self) -> None:
+        """The board reports them after its answer, and again each time it is asked to arm."""
+        assert self.info is not None
+        end_s = self.clock.now_s() + _REPORTS_SHARE * self.info.watchdog_ms * 1e-3
+        while True:
+            until_s = self.clock.now_s() + _REPORT_S
+            while self._limits.missing() and (left_s := until_s - self.clock.now_s()) > 0:
+                self._read(max(1e-4, left_s))
+            if not self._limits.missing() or self.clock.now_s() >= end_s:
+                return
+            self._ask_to_arm()
 
     def hold(self) -> None:
         """Freeze the joints where they are, powered. Asked four times over: nothing feeds the watchdog meanwhile."""
         self._request(lambda token: msg.ModeRequest(token, Mode.HOLDING, self.host), "to hold", copies=4)
 
     def disarm(self) -> None:
-        """Relax: the servos lose power. Also clears a fault or an emergency stop."""
-        self._armed = False
-        self._request(lambda token: msg.ModeRequest(token, Mode.DISARMED, self.host), "to disarm")
+        """Relax: the servos lose power. A stop or a fault stays, and is raised.
 
-    def emergency_stop(self, reason: StopReason = StopReason.USER) -> None:
-        """Send the emergency stop three times over: it is not acknowledged, and no wire is perfect."""
-        self._armed = False
-        self.mode = Mode.STOPPED
-        for _ in range(3):
-            self._send([msg.EmergencyStop(reason, self.host)])
-
-    def request_emergency_stop(self, reason: StopReason = StopReason.USER) -> None:
-        """Have the emergency stop sent by whoever speaks to the board now, before anything else; that one then raises.
-
-        For signal handlers and other threads.
+        Raises:
+            BoardFaultError: the board is stopped or in a fault, or another host holds it.
         """
-        self._stop_wanted = reason
+        self._request(lambda token: msg.ModeRequest(token, Mode.DISARMED, self.host), "to disarm")
+        self._claim = Claim.NONE
 
-    def _stop_if_wanted(self) -> None:
-        if self._stop_wanted is not None:
-            reason, self._stop_wanted = self._stop_wanted, None
-            self.emergency_stop(reason)
-            raise BoardFaultError(f"{self.where}: {_FAULT_LINES[Fault.EMERGENCY_STOP]}")
+    def clear(self) -> None:
+        """Leave the stop or fault in which ``connect`` found the board, and no newer one.
 
-    def disarm_unheard(self) -> None:
-        """Relax, three times over and without waiting: the board may hear us although we do not hear it."""
-        self._armed = False
-        self._send([msg.ModeRequest(0, Mode.DISARMED, self.host)] * 3)
+        Only for a run that a person has just started: whoever stopped the robot must not find it moving again.
 
-    @property
-    def lossy(self) -> bool:
-        """Whether anything has got lost or damaged on this line so far."""
-        return self._requests.repeated + self.unreadable + self.link.statistics.corrupt > 0
+        Raises:
+            BoardFaultError: it was stopped again since.
+        """
+        number = self.found_latch
+        assert number is not None, "the board was not stopped when it was connected"
+        self._request(lambda token: msg.ClearRequest(token, number, self.host), "to clear the stop")
+        self.fault = Fault.NONE
 
     def set_joint_mode(
         self, joint: int, mode: JointMode, angle_rad: float = 0.0, *, wait: bool = True
@@ -172,6 +177,7 @@ class Board:
                 lambda token, k=kind, j=joint, v=value: msg.LimitRequest(token, j, k, v, self.host),  # type: ignore[misc]
                 f"the {kind.name.lower()} limit {value:.4g} of joint {joint}",
             )
+            self._limits.asked(joint, kind, value)
 
     def set_trim(self, joint: int, trim_rad: float) -> None:
         """Add a trim to a joint's set-point before it becomes a servo pulse. Only while disarmed."""
@@ -210,9 +216,22 @@ class Board:
             ProtocolError: an angle is not a number or beyond what the wire carries (a fault of the caller).
             LostBoardError: the link is gone.
         """
-        self._sequence = (self._sequence + 1) & 0xFFFF
-        self._send(setpoint_messages(self._sequence, angles_rad, interval_s) * copies)
-        return self._sequence, tuple(to_wire(angle) for angle in angles_rad)
+        made = self.make_setpoint(angles_rad, interval_s)
+        self.send_made(made, copies)
+        return made.sequence, made.angles_rad
+
+    def make_setpoint(self, angles_rad: Sequence[float], interval_s: float) -> MadeSetpoint:
+        """What ``send_setpoints`` would send: a loop makes it before its deadline, and sends it then.
+
+        Raises:
+            ProtocolError: as ``send_setpoints``.
+        """
+        return self._numbering.make(angles_rad, interval_s)
+
+    def send_made(self, made: MadeSetpoint, copies: int = 1) -> None:
+        """Send the set-point that was made last. Raises: LostBoardError: the link is gone."""
+        self._numbering.sent(made)
+        self._send_frames(made.frames * copies)
 
     def ping(self) -> None:
         """Ask for the board's clock; the answer is taken in by ``poll``."""
@@ -235,149 +254,13 @@ class Board:
             self._heartbeats = (self._heartbeats + 1) & 0xFFFF
             self._send([msg.HostHeartbeat(self.host, self._heartbeats)])
             self.ping()
-        received = self._read(timeout_s)
+        self._read(timeout_s)
         if self.clock.now_s() - self._heard_s > SILENCE_S:
             raise LostBoardError(
                 f"{self.where}: the board has been silent for {SILENCE_S:g} s: "
                 "its watchdog has stopped the joints; check cable and supply, then start again"
             )
-        return received
-
-    def _send(self, messages: Sequence[Message]) -> None:
-        frames = [encode(message) for message in messages]
-        now = self.clock.now_s()
-        for frame in frames:
-            self._note("tx", now, frame)
-        self.link.send(frames)
-
-    def _note(self, direction: str, now_s: float, frame: Frame) -> None:
-        self._traffic.append((direction, now_s, frame))
-        if self.on_frame is not None:
-            self.on_frame(direction, now_s, frame)
-
-    def _read(self, timeout_s: float) -> list[Received]:
-        received: list[Received] = []
-        self._stop_if_wanted()
-        frames = self.link.receive(timeout_s)
-        now = self.clock.now_s()
-        if repeated := self._requests.due(now):
-            self._send(repeated)
-        for frame in frames:
-            self._note("rx", now, frame)
-            try:
-                message = decode(frame)
-            except ProtocolError:
-                self.unreadable += 1
-                continue
-            self._heard_s = now
-            item = self._take(message, now)
-            if item is not None:
-                received.append(item)
-        return received
-
-    def _take(self, message: Message, now: float) -> Received | None:
-        """Bring the picture of the board up to date; hand on what a caller wants to see."""
-        match message:
-            case msg.State() | msg.Measured() | msg.Applied():
-                return self._sample(message, now)
-            case msg.PosePosition():
-                self._positions[message.sample] = message
-                if len(self._positions) > 8:
-                    del self._positions[next(iter(self._positions))]
-            case msg.PoseMotion():
-                position = self._positions.pop(message.sample, None)
-                if position is not None:
-                    return Pose(
-                        message.sample, position.x_m, position.y_m, message.heading_rad, message.speed_m_s
-                    )
-            case msg.BoardHeartbeat():
-                self._beat(message)
-            case msg.Acknowledge():
-                mode = self._requests.answered(message)
-                self.mode = self.mode if mode is None else mode
-            case msg.Pong():
-                sent = self._pings.pop(message.nonce, None)
-                if sent is not None:
-                    self.board_clock.round_trip(sent, now, self.board_clock.unwrap(message.board_time_us))
-            case msg.FaultEvent():
-                self._fault(message.code, message.joint)
-                return message
-            case msg.Supply():
-                self.supply = message
-                return message
-            case msg.Counters():
-                self.counters = message
-                return message
-            case msg.JointSupply():
-                return message
-            case msg.InfoProtocol() | msg.InfoFirmware() | msg.InfoSerial():
-                self._handshake.take(message)
-            case _:
-                pass  # another host's frames on a shared bus
-        return None
-
-    def _sample(self, message: msg.State | msg.Measured | msg.Applied, now: float) -> Reading | None:
-        if self._assembler is None or self.info is None:
-            return None
-        sample = self._assembler.add(message)
-        if sample is None:
-            return None
-        rad_per_count = 2 * math.pi / self.info.counts_per_rev
-        self.mode = sample.state.mode
-        self.last_reading = Reading(
-            sequence=sample.state.sequence,
-            sample=sample.state.sample,
-            mode=sample.state.mode,
-            received_s=now,
-            board_time_us=self.board_clock.unwrap(sample.state.board_time_us),
-            measured_rad=tuple(math.nan if c is None else c * rad_per_count for c in sample.measured_counts),
-            applied_rad=sample.applied_rad,
-        )
-        return self.last_reading
-
-    def _beat(self, beat: msg.BoardHeartbeat) -> None:
-        if self.boot_id is not None and beat.boot_id != self.boot_id:
-            self._armed = False
-            self.mode = beat.mode
-            raise BoardFaultError(
-                f"{self.where}: the board has rebooted (boot {self.boot_id:04x}, now {beat.boot_id:04x}): "
-                "its joints are without power; check its supply, then start again"
-            )
-        self.mode, self.fault, self.holder = beat.mode, beat.fault, beat.holder
-        self._check_that_it_is_ours(beat)
-        if beat.mode in (Mode.FAULT, Mode.STOPPED):
-            self._fault(beat.fault, 0)
-
-    def _check_that_it_is_ours(self, beat: msg.BoardHeartbeat) -> None:
-        """One beat may be from before we armed it."""
-        ours = beat.mode not in (Mode.DISARMED, Mode.ARMED, Mode.HOLDING) or beat.holder == self.host
-        self._not_ours = 0 if ours or not self._armed else self._not_ours + 1
-        if self._not_ours > 1:
-            self._armed = False
-            now = f"host {beat.holder:08x} holds it" if beat.holder else "it is disarmed"
-            raise BoardFaultError(
-                f"{self.where}: the board is no longer ours: {now}: it was reset, or another host took it over"
-            )
-
-    def _fault(self, code: Fault, joint: int) -> None:
-        self.fault = code
-        self.mode = Mode.STOPPED if code is Fault.EMERGENCY_STOP else Mode.FAULT
-        if not self._armed:
-            return
-        self._armed = False
-        where = f" on joint {joint}" if joint else ""
-        raise BoardFaultError(f"{self.where}: {_FAULT_LINES[code]}{where}")
-
-    def recent_traffic(self) -> list[str]:
-        """The last frames, decoded, oldest first: what to look at after a failure."""
-        lines = []
-        for direction, at_s, frame in self._traffic:
-            try:
-                text = str(decode(frame))
-            except ProtocolError as error:
-                text = f"unreadable: {error}"
-            lines.append(f"{at_s:12.6f} {direction} {frame} {text}")
-        return lines
+        return self.heard()
 
     def check_robot(self, robot: Robot) -> None:
         """Raises: BadInputError: the board is not this robot's (joints or encoder resolution differ)."""
@@ -391,16 +274,3 @@ class Board:
                     f"{self.where}: the board has {theirs} {what}, robot {robot.name!r} has {ours}: "
                     "give the robot's own description with --robot"
                 )
-
-
-_FAULT_LINES = {
-    Fault.NONE: "the board reports a fault without a code",
-    Fault.WATCHDOG: "the board's watchdog stopped the joints: no set-point reached it for 100 ms",
-    Fault.EMERGENCY_STOP: "emergency stop: the joints are without power",
-    Fault.SERVO: "the board reports a servo fault",
-    Fault.UNDERVOLTAGE: "the board reports that the supply voltage is too low",
-    Fault.OVERCURRENT: "the board reports too much current",
-    Fault.OVERTEMPERATURE: "the board reports that it is too hot",
-    Fault.ENCODER: "the board reports an encoder fault",
-    Fault.INTERNAL: "the board reports an internal fault",
-}

@@ -10,6 +10,7 @@ from firmware_protocol.catalogue import (
     InfoSerial,
     catalogue_hash,
 )
+from firmware_protocol.checks import out_of_range
 from snakebot.board.readings import BoardInfo
 from snakebot.errors import NoBoardError
 from snakebot.links.base import LinkStatistics
@@ -25,25 +26,45 @@ class Handshake:
         self._serial: InfoSerial | None = None
 
     def take(self, info: InfoProtocol | InfoFirmware | InfoSerial) -> None:
-        """Take in one of the three answers to an InfoRequest."""
+        """Take in one of the three answers to an InfoRequest.
+
+        Raises:
+            NoBoardError: two boards answer.
+        """
         match info:
             case InfoProtocol():
                 self._protocol = info
             case InfoFirmware():
+                before = info if self._firmware is None else self._firmware
+                if before.boot_id != info.boot_id:
+                    raise self._two(f"boot ids {before.boot_id:04x} and {info.boot_id:04x}")
                 self._firmware = info
             case InfoSerial():
+                if self._serial is not None and self._serial != info:
+                    raise self._two(f"serial numbers {self._serial.serial_number} and {info.serial_number}")
                 self._serial = info
+
+    def _two(self, which: str) -> NoBoardError:
+        return NoBoardError(
+            f"{self._where}: two boards answer on this line ({which}), or one that was reset just now: "
+            "leave one board on it, then start again"
+        )
 
     def board(self) -> BoardInfo | None:
         """The board, once it has said everything.
 
         Raises:
-            NoBoardError: the two ends do not speak the same catalogue; both are named.
+            NoBoardError: the two ends do not speak the same catalogue (both are named), or what the board says of
+                itself cannot be.
         """
         protocol, firmware, serial = self._protocol, self._firmware, self._serial
         if protocol is None or firmware is None or serial is None:
             return None
         self._agree(protocol)
+        for said in (protocol, firmware):
+            wrong = out_of_range(said)
+            if wrong is not None:
+                raise NoBoardError(f"{self._where}: the board says of itself what cannot be: {wrong}")
         return BoardInfo(
             protocol=f"{protocol.protocol_major}.{protocol.protocol_minor}",
             catalogue_hash=protocol.catalogue_hash,

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from snakebot.cli import names
+
 EPILOG = """\b
 Examples:
   snakebot analyze runs/2026-11-21_a66_b80_w2.mcap
@@ -21,7 +23,12 @@ RUN is a run log (.mcap, also an unfinished .mcap.part), a session folder (all i
 @click.command(name="analyze", epilog=EPILOG)
 @click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--report", type=click.Path(path_type=Path), help="Write figures and tables to one HTML file.")
-@click.option("--robot", "robot_source", help="Use this robot description in place of the one in the runs.")
+@click.option(
+    "--robot",
+    "robot_source",
+    shell_complete=names.robots,
+    help="Use this robot description in place of the one in the runs.",
+)
 @click.option("--no-model", is_flag=True, help="Leave the simulation out: no predicted speed, no power.")
 @click.option("--json", "as_json", is_flag=True, help="Print the results as one JSON object, SI units.")
 def command(
@@ -30,7 +37,8 @@ def command(
     """Tracking error, least-squares sines, harmonics, hysteresis, speed, power and link quality of runs.
 
     Figures are taken over the steady state, which is chosen automatically and shown. Several runs are also set side by
-    side, in the layout of the paper's Tables II, III and IV.
+    side: speed of each gait, speed around a gait, speed with failed joints. Runs with other effects, another robot or
+    another bend stand apart; one that did not finish is listed and enters no average.
     """
     import json
 

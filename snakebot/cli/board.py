@@ -1,16 +1,43 @@
-"""``snakebot board``: find boards, ask them who they are, simulate one, test one."""
+"""``snakebot board``: find boards, ask who they are, simulate, test, configure one, put one in front of bus servos."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import Any
 
 import click
 
+from snakebot.cli import names
+from snakebot.cli.board_settings import trim, zero
+from snakebot.cli.groups import Group
 from snakebot.cli.ports import SIM
 
 
+def _ends(function: Callable[..., None]) -> Callable[..., None]:
+    """Options of a command that serves a board: where hosts reach it."""
+    options = (
+        click.option(
+            "--serial", "as_serial", is_flag=True, help="Serve on a serial line (a pseudo-terminal)."
+        ),
+        click.option(
+            "--tcp",
+            is_flag=False,
+            flag_value="127.0.0.1:0",
+            metavar="[HOST:]PORT",
+            help="Serve on a TCP port; 0 takes a free one. This computer only, unless HOST says otherwise.",
+        ),
+        click.option(
+            "--can", metavar="INTERFACE/CHANNEL", help="Serve on a CAN bus, or `slcan` on a pseudo-terminal."
+        ),
+    )
+    for option in reversed(options):
+        function = option(function)
+    return function
+
+
 @click.group(
+    cls=Group,
     name="board",
     epilog="""\b
 Examples:
@@ -19,10 +46,15 @@ Examples:
   snakebot board sim --serial
   snakebot board sim --can slcan --effect backlash:width_deg=2
   snakebot board test serial:/dev/ttyUSB0
+  snakebot board serve feetech:/dev/ttyUSB0?ids=1-5 --tcp
 """,
 )
 def command() -> None:
-    """Find boards, ask them who they are, simulate one, test one."""
+    """Find boards, ask who they are, simulate, test, configure one, put one in front of bus servos."""
+
+
+command.add_command(trim)
+command.add_command(zero)
 
 
 @command.command(
@@ -35,27 +67,38 @@ Examples:
   snakebot board sim --can udp_multicast/239.74.163.2
   snakebot board sim --can slcan                       a pseudo-terminal that is a USB-CAN adapter
   snakebot board sim --serial --fault free:3@10s --effect servo_lag:time_constant_s=0.08
+  snakebot board sim --feetech                         bus servos without a board, on a pseudo-terminal
+  snakebot board sim --dynamixel --model xl430 --damage flip=0.01,drop=0.05
 
 \b
 It prints the --port to use, and answers until Ctrl-C.
 """,
 )
-@click.option("--serial", "as_serial", is_flag=True, help="Serve on a serial line (a pseudo-terminal).")
+@_ends
 @click.option(
-    "--tcp",
-    is_flag=False,
-    flag_value="127.0.0.1:0",
-    metavar="[HOST:]PORT",
-    help="Serve on a TCP port; 0 takes a free one. This computer only, unless HOST says otherwise.",
+    "--feetech", is_flag=True, help="Emulate Feetech bus servos; a board is put in front by the host."
 )
-@click.option(
-    "--can", metavar="INTERFACE/CHANNEL", help="Serve on a CAN bus, or `slcan` on a pseudo-terminal."
-)
+@click.option("--dynamixel", is_flag=True, help="Emulate Dynamixel bus servos.")
+@click.option("--model", help="Servos of this model [as the robot's description says, or sts3215, xl330].")
+@click.option("--damage", help="Of the servos' wire: flip=0.01,drop=0.05 (a byte, a packet).")
 @click.option(
     "--symlink", type=click.Path(dir_okay=False), help="Also make the pseudo-terminal known by this name."
 )
-@click.option("--robot", "robot_source", default="penn_state", show_default=True, help="Robot description.")
-@click.option("--effect", "effects", multiple=True, help="Unmodelled effect: NAME:param=value[,joints=3+4].")
+@click.option(
+    "--robot",
+    "robot_source",
+    shell_complete=names.robots,
+    default="penn_state",
+    show_default=True,
+    help="Robot description.",
+)
+@click.option(
+    "--effect",
+    "effects",
+    shell_complete=names.effects,
+    multiple=True,
+    help="Unmodelled effect: NAME:param=value[,joints=3+4].",
+)
 @click.option(
     "--fault",
     "faults",
@@ -65,12 +108,59 @@ It prints the --port to use, and answers until Ctrl-C.
 @click.option(
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of everything random."
 )
+@click.option(
+    "--watchdog-ms",
+    type=int,
+    metavar="N",
+    help="The board waits N ms for a set-point, 20 to 255, for a computer that stands still now and then [100].",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the port as one JSON object.")
 def sim(**options: Any) -> None:
     """A simulated board in a process of its own: what a host sees is a real board on a real wire."""
     from snakebot.cli.board_sim import serve_board
 
     serve_board(options)
+
+
+@command.command(
+    name="serve",
+    epilog="""\b
+Examples:
+  snakebot board serve feetech:/dev/ttyUSB0?ids=1-5 --tcp 127.0.0.1:5555
+  snakebot board serve dynamixel:/dev/ttyUSB0?baud=57600 --serial --symlink ./snake
+
+\b
+It prints the --port to use, and answers until Ctrl-C; then the servos relax. Its watchdog outlives the host: the
+servos relax when the host dies. Only if this process dies too do Feetech servos go on holding.
+""",
+)
+@click.argument("port", shell_complete=names.ports)
+@_ends
+@click.option(
+    "--symlink", type=click.Path(dir_okay=False), help="Also make the pseudo-terminal known by this name."
+)
+@click.option(
+    "--robot",
+    "robot_source",
+    shell_complete=names.robots,
+    default="penn_state",
+    show_default=True,
+    help="Robot description.",
+)
+@click.option(
+    "--no-servo-watchdog", is_flag=True, help="Drive Dynamixel servos although one has no bus watchdog."
+)
+@click.option(
+    "--json",
+    "as_json",
+    is_flag=True,
+    help="Print the port, and what is known of the servos, as one JSON object.",
+)
+def serve(port: str, **options: Any) -> None:
+    """A board in a process of its own in front of the bus servos on PORT (feetech:..., dynamixel:...)."""
+    from snakebot.cli.board_servos import serve_servos
+
+    serve_servos(port, options)
 
 
 @command.command(
@@ -104,8 +194,15 @@ Examples:
   snakebot board info can:socketcan/can0 --json
 """,
 )
-@click.argument("port", default=SIM)
-@click.option("--robot", "robot_source", default="penn_state", show_default=True, help="What sim: simulates.")
+@click.argument("port", shell_complete=names.ports, default=SIM)
+@click.option(
+    "--robot",
+    "robot_source",
+    shell_complete=names.robots,
+    default="penn_state",
+    show_default=True,
+    help="What sim: simulates.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def info(port: str, robot_source: str, as_json: bool) -> None:
     """Who the board on PORT is, and how it is."""
@@ -131,13 +228,20 @@ Examples:
 Exit status: 0 no promise was broken, 3 no board, 4 the board was lost, 5 a promise was broken.
 """,
 )
-@click.argument("port", default=SIM)
+@click.argument("port", shell_complete=names.ports, default=SIM)
 @click.option("--case", "names", multiple=True, help="Only this case; may be repeated.")
 @click.option("--long", "with_long", is_flag=True, help="Also the cases that take more than a few seconds.")
 @click.option(
     "--list", "list_only", is_flag=True, help="Show the cases and what each asks for; open nothing."
 )
-@click.option("--robot", "robot_source", default="penn_state", show_default=True, help="What sim: simulates.")
+@click.option(
+    "--robot",
+    "robot_source",
+    shell_complete=names.robots,
+    default="penn_state",
+    show_default=True,
+    help="What sim: simulates.",
+)
 @click.option("--yes", is_flag=True, help="Do not ask before a real robot moves.")
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON array.")
 def test(

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from snakebot.cli.ports import open_port
+from snakebot.control.ports import port_clock
 
 _LISTEN_S = 1.2  # counters and supply come once a second
 
@@ -19,10 +20,9 @@ def ask(port: str, robot_source: str) -> dict[str, Any]:
         NoBoardError: the port cannot be opened, or nobody answers.
     """
     from snakebot.board import Board
-    from snakebot.clock import MonotonicClock
     from snakebot.robot import load_robot
 
-    clock = MonotonicClock()
+    clock = port_clock(port)
     with open_port(port, clock, load_robot(robot_source)) as link:
         board = Board(link, clock)
         info = board.connect()

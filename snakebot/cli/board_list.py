@@ -7,8 +7,9 @@ from typing import Any
 import click
 
 from snakebot.errors import SnakebotError
+from snakebot.links.port import SERVO_FAMILIES
 
-_PROBE_S = 0.6
+_PROBE_S = 0.6  # for one port to answer; chosen: several round trips of a slow adapter
 MULTICAST = "can:udp_multicast/239.74.163.2"
 
 
@@ -32,8 +33,39 @@ def find(probe: bool) -> list[dict[str, Any]]:
         if MULTICAST not in simulated:
             found.append({"port": MULTICAST, "what": "CAN over the network", "usable": True})
         for each in found:
+            if each["port"].partition(":")[0] in SERVO_FAMILIES:
+                each["board"], each["answer"] = None, _servos(each["port"]) or "no servo answers"
+                continue
             each["board"], each["answer"] = _probe(each["port"])
+            if each["board"] is None and each["usable"] and each["port"].startswith("serial:/"):
+                _look_for_servos(each)
     return found
+
+
+def _look_for_servos(each: dict[str, Any]) -> None:
+    """No board answers on this serial line: perhaps it is an adapter to bus servos."""
+    device = each["port"].removeprefix("serial:").partition("?")[0]
+    for family in SERVO_FAMILIES:
+        answer = _servos(f"{family}:{device}")
+        if answer:
+            each["answer"] = answer
+            return
+
+
+def _servos(port: str) -> str:
+    """The servos that answer on a line, at the usual bit rates; empty: nobody."""
+    from snakebot.clock import MonotonicClock
+    from snakebot.links.port import ServoPort, parse_port
+    from snakebot.servobus.scan import find_servos
+
+    parsed = parse_port(port)
+    assert isinstance(parsed, ServoPort)
+    try:
+        at, found = find_servos(parsed, MonotonicClock())
+    except SnakebotError:
+        return ""
+    who = ", ".join(f"{each.id} ({each.name}, firmware {each.firmware_text})" for each in found)
+    return f"servos {who}: --port {at}" if found else ""
 
 
 def _probe(port: str) -> tuple[dict[str, Any] | None, str]:

@@ -20,40 +20,52 @@ from snakebot.errors import BadInputError
 if TYPE_CHECKING:
     from snakebot.links import Link
     from snakebot.robot import Robot
-    from snakebot.simboard import SimBoard
-    from snakebot.simboard.broken import Breakage
+    from snakebot.softboard import SoftBoard
+    from snakebot.softboard.broken import Breakage
 
 
 def serve_board(options: dict[str, Any]) -> None:
     """Make the board, open the wire, say which, and answer until Ctrl-C or SIGTERM."""
+    families = [family for family in ("feetech", "dynamixel") if options[family]]
+    if families:
+        from snakebot.cli.board_servos import emulate_servos
+
+        emulate_servos(families, options)
+        return
+    for name in ("model", "damage"):
+        if options[name] is not None:
+            raise BadInputError(f"--{name} is for --feetech and --dynamixel")
     from snakebot.clock import MonotonicClock
     from snakebot.control import registry
     from snakebot.effects import parse_effects
     from snakebot.robot import load_robot
-    from snakebot.simboard import serve
+    from snakebot.softboard import serve
 
-    _check_wires(options)
+    check_wires(options)
+    watchdog_ms = _watchdog_ms(options["watchdog_ms"])
     robot = load_robot(options["robot_source"])
     specs = parse_effects(options["effects"], robot)
     breakages = [_breakage(text, robot) for text in options["faults"]]
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda *_: stop.set())
+    stop = until_told()
     with contextlib.ExitStack() as stack:
-        end = stack.enter_context(contextlib.closing(_open_end(options)))
-        port = stack.enter_context(_named(end, options["symlink"]))
-        board = _board(robot, specs, breakages, options["seed"])
+        end = stack.enter_context(contextlib.closing(open_end(options)))
+        port = stack.enter_context(named(end, options["symlink"]))
+        board = _board(robot, specs, breakages, options["seed"], watchdog_ms)
         stack.enter_context(registry.registered(port, registry.BOARDS))
-        _announce(port, robot, options)
+        announce(port, robot, options, "simulated board")
         serve(board, end, MonotonicClock(), stop)
 
 
-def _check_wires(options: dict[str, Any]) -> None:
+def check_wires(options: dict[str, Any], example: str = "snakebot board sim --serial") -> None:
+    """
+    Raises:
+        BadInputError: not one wire, or a name for one that has none.
+    """
     chosen = [name for name, given in _wires(options).items() if given]
     if len(chosen) != 1:
         what = "say where" if not chosen else f"{' and '.join(chosen)}: choose one"
         raise BadInputError(
-            f"{what}: --serial, --tcp [HOST:]PORT or --can INTERFACE/CHANNEL, for example: snakebot board sim --serial"
+            f"{what}: --serial, --tcp [HOST:]PORT or --can INTERFACE/CHANNEL, for example: {example}"
         )
     if options["symlink"] and not (options["as_serial"] or options["can"] == "slcan"):
         raise BadInputError("--symlink names a pseudo-terminal: it goes with --serial or --can slcan")
@@ -63,10 +75,10 @@ def _wires(options: dict[str, Any]) -> dict[str, Any]:
     return {"--serial": options["as_serial"], "--tcp": options["tcp"], "--can": options["can"]}
 
 
-def _open_end(options: dict[str, Any]) -> Link:
+def open_end(options: dict[str, Any]) -> Link:
     """The board's end of the wire."""
-    from snakebot.simboard import PtyEnd, TcpEnd
-    from snakebot.simboard.slcan_end import SlcanEnd
+    from snakebot.softboard import PtyEnd, TcpEnd
+    from snakebot.softboard.slcan_end import SlcanEnd
 
     if options["as_serial"]:
         return PtyEnd()
@@ -74,18 +86,24 @@ def _open_end(options: dict[str, Any]) -> Link:
         host, number = _address(options["tcp"])
         end = TcpEnd(host, number)
         if not ipaddress.ip_address(end.address[0]).is_loopback:
-            click.echo(
-                f"snakebot: listening on {host}: whoever reaches this computer can drive the board", err=True
-            )
+            _warn_of_others(host)
         return end
     if options["can"] == "slcan":
         return SlcanEnd()
     from snakebot.links.can_link import open_can
+    from snakebot.links.multicast import OPTION as NETWORK
     from snakebot.links.port import CanPort, parse_port
 
     port = parse_port("can:" + options["can"].removeprefix("can:"))
     assert isinstance(port, CanPort)
-    return open_can(port, role="Board")
+    link = open_can(port, role="Board")
+    if port.interface == "udp_multicast" and dict(port.options).get(NETWORK, "0") != "0":
+        _warn_of_others(str(port))
+    return link
+
+
+def _warn_of_others(where: str) -> None:
+    click.echo(f"snakebot: listening on {where}: whoever reaches this computer can drive the board", err=True)
 
 
 def _address(text: str) -> tuple[str, int]:
@@ -96,7 +114,7 @@ def _address(text: str) -> tuple[str, int]:
 
 
 @contextlib.contextmanager
-def _named(end: Link, symlink: str | None) -> Iterator[str]:
+def named(end: Link, symlink: str | None) -> Iterator[str]:
     """The port to use: the wire's own, or under the name that was asked for."""
     if symlink is None:
         yield end.port
@@ -120,7 +138,7 @@ def _named(end: Link, symlink: str | None) -> Iterator[str]:
 def _breakage(text: str, robot: Robot) -> Breakage:
     from firmware_protocol.catalogue import JointMode
     from snakebot.control import parse_fault
-    from snakebot.simboard.broken import Breakage
+    from snakebot.softboard.broken import Breakage
 
     fault = parse_fault(text, robot.joints)
     match fault.mode:
@@ -134,22 +152,41 @@ def _breakage(text: str, robot: Robot) -> Breakage:
             return Breakage(fault.at_s, fault.joints, "rigid")
 
 
-def _board(robot: Robot, specs: Any, breakages: list[Breakage], seed: int) -> SimBoard:
-    from snakebot.simboard import SimBoard
-    from snakebot.simboard.board import make_plant
-    from snakebot.simboard.broken import BreakingPlant
+def _watchdog_ms(given: int | None) -> int:
+    from snakebot.softboard.buildable import MAX_WATCHDOG_MS, MIN_WATCHDOG_MS
+    from snakebot.softboard.modes import WATCHDOG_MS
+
+    if given is None:
+        return WATCHDOG_MS
+    if not MIN_WATCHDOG_MS <= given <= MAX_WATCHDOG_MS:
+        raise BadInputError(f"--watchdog-ms {given}: give {MIN_WATCHDOG_MS} to {MAX_WATCHDOG_MS} ms")
+    return given
+
+
+def _board(robot: Robot, specs: Any, breakages: list[Breakage], seed: int, watchdog_ms: int) -> SoftBoard:
+    from snakebot.softboard import SoftBoard
+    from snakebot.softboard.broken import BreakingPlant
+    from snakebot.softboard.plant import make_plant
 
     if not breakages:
-        return SimBoard(robot, specs, seed)
-    return SimBoard(robot, plant=BreakingPlant(make_plant(robot, specs, seed, None), breakages))
+        return SoftBoard(robot, specs, seed, watchdog_ms=watchdog_ms)
+    plant = BreakingPlant(make_plant(robot, specs, seed, None), breakages)
+    return SoftBoard(robot, plant=plant, watchdog_ms=watchdog_ms)
 
 
-def _announce(port: str, robot: Robot, options: dict[str, Any]) -> None:
-    """One line on standard output, for people and for programs that wait for it."""
+def until_told() -> threading.Event:
+    """An event that Ctrl-C, SIGTERM and a closed terminal set."""
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda *_: stop.set())
+    return stop
+
+
+def announce(port: str, robot: Robot, options: dict[str, Any], what: str, **more: Any) -> None:
+    """One line on standard output, for people and for programs that wait for it; these get ``more``."""
     if options["as_json"]:
-        click.echo(
-            json.dumps({"port": port, "robot": robot.name, "joints": robot.joints, "pid": os.getpid()})
-        )
+        about = {"port": port, "robot": robot.name, "joints": robot.joints, "pid": os.getpid()}
+        click.echo(json.dumps({**about, **more}))
     else:
         click.echo(f"--port {port}")
-        click.echo(f"simulated board: {robot.name}, {robot.joints} joints; Ctrl-C ends it", err=True)
+        click.echo(f"{what}: {robot.name}, {robot.joints} joints; Ctrl-C ends it", err=True)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from snakebot.cli.ports import SIM, open_port
 from snakebot.errors import EXIT_BOARD_FAULT, BadInputError
+from snakebot.nearest import did_you_mean
 
 if TYPE_CHECKING:
     from snakebot.clock import Clock
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from snakebot.links import Link
 
 _WIRE_TOLERANCE_S = 0.02  # what a wire and this computer's scheduler may blur
-_VIRTUAL_TOLERANCE_S = 0.003
+_VIRTUAL_TOLERANCE_S = 0.003  # in virtual time only the steps of the plant and the wire count; chosen
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +45,8 @@ def chosen_cases(names: tuple[str, ...], with_long: bool) -> list[Case]:
     known = {case.name: case for case in cases()}
     for name in names:
         if name not in known:
-            close = get_close_matches(name, known, 1)
-            hint = f"did you mean {close[0]}?" if close else "`snakebot board test --list` shows them"
-            raise BadInputError(f"--case {name}: no such case: {hint}")
+            hint = did_you_mean(name, known) or "; `snakebot board test --list` shows them"
+            raise BadInputError(f"--case {name}: no such case{hint}")
     if names:
         return [known[name] for name in names]
     return [case for case in known.values() if with_long or not case.long]

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from snakebot.cli import names
+
 EPILOG = """\b
 Examples:
   snakebot compare runs/2026-11-21_a66_b80_w2.mcap
@@ -21,7 +23,12 @@ Without SIM the nominal simulation is made from the run's own robot description:
 @click.argument("real", type=click.Path(path_type=Path))
 @click.argument("sim", required=False, type=click.Path(path_type=Path))
 @click.option("--report", type=click.Path(path_type=Path), help="Write figures and tables to one HTML file.")
-@click.option("--robot", "robot_source", help="Use this robot description in place of the one in the run.")
+@click.option(
+    "--robot",
+    "robot_source",
+    shell_complete=names.robots,
+    help="Use this robot description in place of the one in the run.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the results as one JSON object, SI units.")
 def command(
     real: Path, sim: Path | None, report: Path | None, robot_source: str | None, as_json: bool

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
+from snakebot.cli import names
+from snakebot.cli.pace import shown
+from snakebot.cli.run_options import view_options
 from snakebot.errors import BadInputError
 from snakebot.whole_files import check_apart, check_output, write_all
 
@@ -26,12 +27,14 @@ Examples:
   snakebot diagnose my_session --apply calibrated.yaml
   snakebot diagnose my_session --exclude backlash --known rate_limit.limit_rad_s=1.6
   snakebot diagnose my_session --json - | jq .verdict
-  snakebot diagnose --live new_logs --port serial:/dev/ttyUSB0
+  snakebot diagnose sessions/* --table all.parquet --dask tcp://127.0.0.1:8786
+  snakebot diagnose --live new_logs --port serial:/dev/ttyUSB0 --view
   snakebot diagnose --live new_logs --fast --yes --effect rate_limit:limit_rad_s=1.5
 
 \b
-Exit status: 0 a verdict was reached, whatever it is; 2 bad input (nothing written); 1 internal error. With --live
-also those of `snakebot run`, where a run fails: its log stays, and no verdict is written.
+Exit status: 0 a verdict was reached, whatever it is; 2 bad input (nothing written); 1 internal error. With --table: 2
+where a session has no verdict; the table says why. With --live also those of `snakebot run`, where a run fails: its log
+stays, and no verdict is written.
 """
 
 
@@ -41,14 +44,44 @@ also those of `snakebot run`, where a run fails: its log stays, and no verdict i
     "--json", "json_path", metavar="OUT.json", help="Write the verdict as JSON; - for standard output."
 )
 @click.option(
+    "--schema",
+    type=click.Choice(["1", "2"]),
+    default="2",
+    show_default=True,
+    help="Of the JSON; 1 knows no `partly`.",
+)
+@click.option(
     "--report", "report_path", type=click.Path(path_type=Path), help="Write a page to look at (HTML)."
 )
 @click.option(
     "--apply", "apply_path", type=click.Path(path_type=Path), help="Write the robot with the effect in it."
 )
-@click.option("--robot", "robot_source", help="Nominal model [the one in the session].")
-@click.option("--exclude", multiple=True, metavar="EFFECT", help="Never name this effect; may be repeated.")
-@click.option("--only", multiple=True, metavar="EFFECT", help="Try this effect alone; may be repeated.")
+@click.option(
+    "--table",
+    "table_path",
+    type=click.Path(path_type=Path),
+    help="Each SESSION for itself, a row of this table each (Parquet).",
+)
+@click.option(
+    "--dask", metavar="ADDRESS", help="With --table: hand the sessions to a dask.distributed cluster."
+)
+@click.option(
+    "--robot", "robot_source", shell_complete=names.robots, help="Nominal model [the one in the session]."
+)
+@click.option(
+    "--exclude",
+    shell_complete=names.effect_names,
+    multiple=True,
+    metavar="EFFECT",
+    help="Never name this effect; may be repeated.",
+)
+@click.option(
+    "--only",
+    shell_complete=names.effect_names,
+    multiple=True,
+    metavar="EFFECT",
+    help="Try this effect alone; may be repeated.",
+)
 @click.option("--known", multiple=True, metavar="PARAM=VALUE", help="You have measured it: it is not fitted.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the bootstrap.")
 @click.option("--quick", is_flag=True, help="At most two effects, no proposal, rougher intervals.")
@@ -56,18 +89,35 @@ also those of `snakebot run`, where a run fails: its log stays, and no verdict i
 @click.option(
     "--live", is_flag=True, help="Run gaits on the robot, diagnose, run what is proposed, and so on."
 )
-@click.option("--port", default="sim:", show_default=True, help="With --live: where the board is.")
+@click.option(
+    "--port",
+    shell_complete=names.ports,
+    default="sim:",
+    show_default=True,
+    help="With --live: where the board is.",
+)
 @click.option(
     "--budget", type=click.IntRange(2, 100), default=9, show_default=True, help="With --live: most runs."
 )
 @click.option("--yes", is_flag=True, help="With --live: do not ask before each motion.")
-@click.option("--effect", "effects", multiple=True, help="With --live: effect on the simulated board.")
+@click.option(
+    "--effect",
+    "effects",
+    shell_complete=names.effects,
+    multiple=True,
+    help="With --live: effect on the simulated board.",
+)
 @click.option("--fast", is_flag=True, help="With --live, simulated board: virtual time.")
+@click.option("-v", "--verbose", is_flag=True, help="With --live: print the last frames if a run fails.")
+@view_options
 def command(
     sources: tuple[Path, ...],
     json_path: str | None,
+    schema: str,
     report_path: Path | None,
     apply_path: Path | None,
+    table_path: Path | None,
+    dask: str | None,
     robot_source: str | None,
     exclude: tuple[str, ...],
     only: tuple[str, ...],
@@ -91,6 +141,7 @@ def command(
         ("--json", to_json, "JSON"),
         ("--report", report_path, "report"),
         ("--apply", apply_path, "robot"),
+        ("--table", table_path, "table"),
     )
     for option, path, kind in asked:
         if path is not None:
@@ -98,30 +149,44 @@ def command(
     check_apart([(option, path) for option, path, _ in asked if path is not None])
     if not live:
         _refuse_live_options()
-    from snakebot.diagnosis import diagnose
-    from snakebot.diagnosis.words import summary
+    if table_path is not None:
+        _refuse_of_one(json_path, report_path, apply_path, live)
+        from snakebot.cli.diagnose_many import diagnose_to_table
 
-    def of(session: Session) -> Diagnosis:
-        with _progress(quiet) as progress:
+        options = {"exclude": exclude, "only": only, "known": measured, "seed": seed, "quick": quick}
+        diagnose_to_table(sources, table_path, dask, options, lambda one: given_session((one,), robot_source))
+        return
+    if dask is not None:
+        raise BadInputError("--dask: only with --table, which takes many sessions")
+    from snakebot.diagnosis import diagnose
+    from snakebot.diagnosis.show.words import summary
+
+    def of(session: Session, told: Callable[[str, float], None] = lambda text, share: None) -> Diagnosis:
+        with shown(quiet) as bar:
+
+            def progress(text: str, share: float) -> None:
+                bar(text, share)
+                told(text, share)
+
             return diagnose(
                 session, exclude=exclude, only=only, known=measured, seed=seed, quick=quick, progress=progress
             )
 
     if live:
         found = _live(sources, robot_source, of, live_options)
-        session = _session(sources, robot_source)
+        session = given_session(sources, robot_source)
     else:
-        session = _session(sources, robot_source)
+        session = given_session(sources, robot_source)
         found = of(session)
     outputs: list[tuple[Path, str]] = []
-    text = json.dumps(found.to_mapping(), indent=2, allow_nan=False) + "\n"
+    text = json.dumps(found.to_mapping(first=schema == "1"), indent=2, allow_nan=False) + "\n"
     if to_json is not None:
         outputs.append((to_json, text))
     if report_path is not None:
         outputs.append((report_path, _page(session, found)))
     refused = None
     if apply_path is not None:
-        from snakebot.diagnosis.apply import calibrated
+        from snakebot.diagnosis.show.apply import calibrated
 
         try:
             outputs.append((apply_path, calibrated(session.robot, found).to_yaml()))
@@ -139,7 +204,21 @@ def command(
         click.echo(f"snakebot: {refused}; nothing written to {apply_path}", err=True)
 
 
-_LIVE_OPTIONS = ("port", "budget", "yes", "effects", "fast")
+def _refuse_of_one(json_path: str | None, report: Path | None, apply: Path | None, live: bool) -> None:
+    """
+    Raises:
+        BadInputError: an option was given that belongs to a single session.
+    """
+    given = {"--json": json_path, "--report": report, "--apply": apply, "--live": live or None}
+    for option, value in given.items():
+        if value is not None:
+            raise BadInputError(f"{option}: not with --table; it is of one session, and the table has it all")
+
+
+_LIVE_OPTIONS = (
+    *("port", "budget", "yes", "effects", "fast", "verbose"),
+    *("view", "view_address", "view_port", "view_stop"),
+)
 
 
 def _refuse_live_options() -> None:
@@ -154,15 +233,21 @@ def _refuse_live_options() -> None:
             raise BadInputError(f"{option}: only with --live; recorded runs are diagnosed as they are")
 
 
-def _session(sources: tuple[Path, ...], robot_source: str | None) -> Session:
+def given_session(sources: tuple[Path, ...], robot_source: str | None, *, quiet: bool = True) -> Session:
+    """What was named on the command line: a session, logs or a folder of them; of logs repeats are found.
+
+    Raises:
+        BadInputError, LogError: it is neither; one line says where, and what makes a session of it.
+    """
     import warnings
     from dataclasses import replace
 
     from snakebot.runlog import open_runs, open_session
     from snakebot.runlog.repeats import mark_repeats
 
-    with warnings.catch_warnings():  # the session carries them, and the verdict lists them
-        warnings.simplefilter("ignore")
+    with warnings.catch_warnings():
+        if quiet:  # the session carries them, and the verdict lists them
+            warnings.simplefilter("ignore")
         session = open_session(sources[0]) if len(sources) == 1 else open_runs(sources)
     if len(sources) > 1 or not (sources[0].name == "session.yaml" or (sources[0] / "session.yaml").exists()):
         # Logs do not say what repeats what, as a session does; no robot starts twice from quite the same pose.
@@ -177,27 +262,26 @@ def _session(sources: tuple[Path, ...], robot_source: str | None) -> Session:
 def _live(
     sources: tuple[Path, ...],
     robot_source: str | None,
-    of: Callable[[Session], Diagnosis],
+    of: Callable[[Session, Callable[[str, float], None]], Diagnosis],
     options: dict[str, Any],
 ) -> Diagnosis:
     from snakebot.cli.diagnose_live import Live, live
+    from snakebot.cli.live_story import live_story
+    from snakebot.cli.run_options import RunOptions
     from snakebot.robot import load_robot
 
     if len(sources) != 1:
         raise BadInputError("--live: give one new folder for the logs")
-    name = robot_source or "penn_state"
-    passed = ["--robot", name]
-    for effect in options["effects"]:
-        passed += ["--effect", effect]
-    if options["fast"]:
-        passed.append("--fast")
-    plan = Live(options["port"], sources[0], options["budget"], options["yes"], tuple(passed))
-    return live(
-        plan,
-        load_robot(name),
-        lambda folder: of(_session((folder,), robot_source)),
-        lambda t: click.echo(t, err=True),
-    )
+    budget = options.pop("budget")
+    plan, robot = Live(sources[0], budget, RunOptions(**options)), load_robot(robot_source or "penn_state")
+    with live_story(robot, plan.options) as story:
+        return live(
+            plan,
+            robot,
+            lambda folder: of(given_session((folder,), robot_source), story.diagnosing),
+            lambda t: click.echo(t, err=True),
+            story,
+        )
 
 
 def _known(entries: tuple[str, ...]) -> dict[str, float]:
@@ -216,31 +300,6 @@ def _known(entries: tuple[str, ...]) -> dict[str, float]:
 
 
 def _page(session: Session, found: Diagnosis) -> str:
-    from snakebot.diagnosis.report import page
+    from snakebot.diagnosis.show.page import page
 
     return page(session, found)
-
-
-@contextlib.contextmanager
-def _progress(quiet: bool) -> Iterator[Callable[[str, float], None]]:
-    """A bar with what is being tried, on a terminal only."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda text, share: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    columns: tuple[Any, ...] = (
-        SpinnerColumn(),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TimeElapsedColumn(),
-        TextColumn("{task.description}"),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=1.0)
-
-        def show(text: str, share: float) -> None:
-            bar.update(task, completed=share, description=text or None)
-
-        yield show

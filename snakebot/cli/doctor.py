@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING
 
 import click
 
+from snakebot.cli import names
 from snakebot.cli.ports import SIM, open_port
-from snakebot.errors import EXIT_OK, BadInputError, SnakebotError
+from snakebot.control.ports import port_clock
+from snakebot.errors import EXIT_NO_BOARD, EXIT_OK, BadInputError, SnakebotError
 
 if TYPE_CHECKING:
-    from snakebot.checkup import Finding
     from snakebot.clock import Clock
+    from snakebot.doctor.finding import Finding
+    from snakebot.links.port import ServoPort
 
 _MARKS = {
     "ok": ("ok  ", "green"),
@@ -30,6 +33,7 @@ _MARKS = {
 Examples:
   snakebot doctor serial:/dev/ttyUSB0
   snakebot doctor can:socketcan/can0 --json
+  snakebot doctor feetech:/dev/ttyUSB0           bus servos: bit rate, ids, delays, supply, limits, health
   snakebot doctor                                the simulated board: what this computer can do
 
 \b
@@ -37,20 +41,30 @@ Nothing moves. Exit status: 0 all that is needed works (there may be warnings), 
 3 the port cannot be opened or no board answers, 4 the board was lost.
 """,
 )
-@click.argument("port", default=SIM)
-@click.option("--robot", "robot_source", default="penn_state", show_default=True, help="What sim: simulates.")
+@click.argument("port", shell_complete=names.ports, default=SIM)
+@click.option(
+    "--robot",
+    "robot_source",
+    shell_complete=names.robots,
+    default="penn_state",
+    show_default=True,
+    help="What sim: simulates.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(port: str, robot_source: str, as_json: bool) -> None:
     """Check PORT: rights, adapter, timing, versions on both sides; say what to do about each."""
-    from snakebot.checkup import check_host
     from snakebot.clock import MonotonicClock
+    from snakebot.doctor.host import check_host
+    from snakebot.doctor.port import check_port
     from snakebot.links import parse_port
-    from snakebot.links.checkup import check_port
+    from snakebot.links.port import ServoPort
 
     parsed = parse_port(port)
-    clock = MonotonicClock()
-    findings = [*check_host(clock), *check_port(parsed)]
-    board, status = _ask_board(port, robot_source, clock)
+    findings = [*check_host(MonotonicClock()), *check_port(parsed)]
+    if isinstance(parsed, ServoPort):
+        board, status = _ask_servos(parsed, robot_source, MonotonicClock())
+    else:
+        board, status = _ask_board(port, robot_source, port_clock(port))
     findings += board
     if as_json:
         click.echo(
@@ -64,8 +78,8 @@ def command(port: str, robot_source: str, as_json: bool) -> None:
 
 def _ask_board(port: str, robot_source: str, clock: Clock) -> tuple[list[Finding], int]:
     """What the board says, and the exit status that goes with it."""
-    from snakebot.board.checkup import check_board
-    from snakebot.checkup import Finding, Status
+    from snakebot.doctor.board import check_board
+    from snakebot.doctor.finding import Finding, Status
     from snakebot.robot import load_robot
 
     robot = load_robot(robot_source)
@@ -80,6 +94,22 @@ def _ask_board(port: str, robot_source: str, clock: Clock) -> tuple[list[Finding
     if low_latency:
         findings.insert(0, Finding("driver", Status.OK, "hands bytes on at once (low latency mode)"))
     return findings, EXIT_OK
+
+
+def _ask_servos(port: ServoPort, robot_source: str, clock: Clock) -> tuple[list[Finding], int]:
+    """What the servos on a bus say; there is no board to ask."""
+    from snakebot.doctor.finding import Finding, Status
+    from snakebot.doctor.servos import check_servos
+    from snakebot.robot import load_robot
+
+    try:
+        findings = check_servos(port, load_robot(robot_source), clock)
+    except BadInputError:
+        raise
+    except SnakebotError as error:
+        return [Finding("servos", Status.FAIL, str(error))], error.exit_status
+    failed = any(finding.status is Status.FAIL for finding in findings)
+    return findings, EXIT_NO_BOARD if failed else EXIT_OK
 
 
 def _show(finding: Finding) -> None:

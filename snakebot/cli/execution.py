@@ -1,216 +1,133 @@
-"""One motion on one board, attended by a person: open, ask, log, show, run, close, report."""
+"""One motion on one board, attended by a person: open, ask, record, show."""
 
 from __future__ import annotations
 
 import contextlib
-import math
-import signal
 import sys
-import threading
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import click
 
-from snakebot.cli.ports import open_port
+from snakebot.cli.attendance import Attended, tell
+from snakebot.cli.live_page import check_view, open_view
+from snakebot.cli.ports import patience
 from snakebot.errors import BadInputError, SnakebotError
 
 if TYPE_CHECKING:
-    from snakebot.board import Board
-    from snakebot.control import RunLoop, RunResult
-    from snakebot.gait import Gait, Motion
+    from snakebot.cli.run_options import RunOptions
+    from snakebot.control import RecordedRun, RunPlan, RunSettings
     from snakebot.robot import Robot
+    from snakebot.view.feed import Feed
 
-_PANEL_S = 0.15  # between two pictures of the live panel
+
+def check(
+    robot: Robot,
+    plan: RunPlan,
+    settings: RunSettings,
+    options: RunOptions,
+    *,
+    several: bool = False,
+    start_pose: tuple[float, float, float] | None = None,
+) -> None:
+    """What is refused before anything is opened: the same for a run, alone or one of ``several``, and for its
+    ``--dry-run``.
+
+    Raises:
+        BadInputError: rate, limits, motion, faults, port or effects that the run would refuse.
+        LogError: the log's name is taken, or cannot be one.
+    """
+    from snakebot.control import check_run
+    from snakebot.control.ports import check_port
+    from snakebot.lifted import lifted
+
+    check_run(robot, plan, settings)
+    simulated = lifted(robot) if plan.lifted else robot
+    check_port(options.port, simulated, options.effects, virtual=options.fast, start_pose=start_pose)
+    check_view(options, several=several)
 
 
 def execute(
     robot: Robot,
-    gait: Gait | None,
-    make_motion: Callable[[Sequence[float]], Motion],
-    faults: Sequence[Any],
-    options: dict[str, Any],
+    plan: RunPlan,
+    settings: RunSettings,
+    options: RunOptions,
+    page: Feed | None = None,
     *,
-    title: str | None = None,
-    amplitude_rad: float | None = None,
-    about: Mapping[str, Any] | None = None,
-) -> str:
-    """Open, connect, run, close, report. Returns how the run ended.
+    start_pose: tuple[float, float, float] | None = None,
+) -> RecordedRun:
+    """Check, open, connect, ask, record. ``page`` is the one of several runs, where there is such.
 
-    ``title`` and ``amplitude_rad`` stand for a motion that is no gait; ``about`` is added to the log's metadata.
+    Args:
+        start_pose: where the simulated robot lies at first: m, m, rad.
+
+    Raises:
+        SnakebotError: see ``check``, ``open_board`` and ``record``.
     """
-    from snakebot.board import Board, check_limits
-    from snakebot.clock import MonotonicClock, VirtualClock
-    from snakebot.control import RunLoop, registry
-    from snakebot.control.loop import check_rate
-    from snakebot.runlog.naming import gait_label, new_log_path
+    from snakebot.control import open_board, record
 
-    check_rate(options["rate"])
-    check_limits(robot)
-    clock = VirtualClock() if options["fast"] else MonotonicClock()
-    port = options["port"]
-    simulated = robot
-    if options.get("lifted"):
-        from snakebot.lifted import lifted
-
-        simulated = lifted(robot)
-    link = open_port(port, clock, simulated, options["effects"], options["seed"], virtual=options["fast"])
-    with contextlib.closing(link):
-        board = Board(link, clock)
-        info = board.connect()
-        board.check_robot(robot)
-        title = f"{gait}" if title is None else title
-        _confirm(port, robot, title, info.simulated, options)
-        path = options["log_path"] or new_log_path(gait_label(gait))
-        start_ns = time.time_ns()
-        writer = _writer(path, robot, gait, board, options, start_ns, about or {})
-        loop = RunLoop(
-            board,
-            robot,
-            make_motion,
-            rate_hz=options["rate"],
-            clock=clock,
-            amplitude_rad=gait.alpha_rad if gait is not None else amplitude_rad or math.nan,
-            settle_s=options["ramp"],
-            faults=faults,
-            recorder=writer,
-            log_frames=options["frames"],
-            start_time_ns=start_ns,
-            keep_stop=options["keep_stop"],
-        )
-        result: RunResult | None = None
+    check(robot, plan, settings, options, several=page is not None, start_pose=start_pose)
+    if settings.pose is not None and options.fast:
+        raise BadInputError(f"--pose {settings.pose} comes in real time: leave out --fast")
+    if settings.pose is not None and settings.pose.open_to_others:
+        tell(f"{settings.pose} is open to other computers: whoever reaches it can steer the robot")
+    with _told_what_is_left(options), contextlib.ExitStack() as open_things:
+        with patience(options.port):
+            board = open_things.enter_context(
+                open_board(
+                    options.port,
+                    robot,
+                    effects=options.effects,
+                    seed=options.seed,
+                    virtual=options.fast,
+                    lifted=plan.lifted,
+                    rate_hz=settings.rate_hz,
+                    servo_watchdog=not options.no_servo_watchdog,
+                    start_pose=start_pose,
+                    tell=tell,
+                )
+            )
+        assert board.info is not None
+        if not (board.info.simulated or options.yes):
+            confirm(options.port, robot, plan.title)
+        feed = open_view(robot, plan.title, options, page)
+        attended = Attended(robot, plan, options, feed)
         try:
-            with registry.registered(port), _signals(loop), _panel(loop, gait, title, robot, options):
-                result = loop.run()
-        except SnakebotError as error:
-            writer.add_metadata({"ended": f"error: {error}"})
+            recorded = record(board, robot, plan, settings, attended)
+        except BaseException:
+            if attended.log_path is not None and attended.log_path.exists():
+                with contextlib.suppress(OSError):  # nobody reads: the run's own error is what counts
+                    click.echo(f"log up to there: {attended.log_path}", err=True)
             raise
-        finally:
-            with contextlib.suppress(SnakebotError) if sys.exc_info()[0] else contextlib.nullcontext():
-                if result is not None:
-                    writer.add_metadata({"ended": result.ended})
-                writer.close()
-            if result is None and writer.path.exists():
-                click.echo(f"log up to there: {writer.path}", err=True)
-    from snakebot.cli.summary import report
-
-    report(result, writer.path, as_json=options["as_json"])
-    return result.ended
+        if told := board.link.told():
+            click.echo(told, err=True)
+        return recorded
 
 
-def _confirm(port: str, robot: Robot, title: str, simulated: bool, options: dict[str, Any]) -> None:
-    if simulated or options["yes"]:
-        return
+@contextlib.contextmanager
+def _told_what_is_left(options: RunOptions) -> Iterator[None]:
+    """With ``--verbose``, print the last traffic before an error."""
+    try:
+        yield
+    except SnakebotError as error:
+        if options.verbose and error.traffic:
+            with contextlib.suppress(OSError):
+                click.echo(f"the last {len(error.traffic)} frames on the wire (host clock, s):", err=True)
+                for line in error.traffic:
+                    click.echo(f"  {line}", err=True)
+        raise
+
+
+def confirm(port: str, robot: Robot, motion: str) -> None:
+    """Ask whether a real robot may move.
+
+    Raises:
+        BadInputError: there is nobody to ask.
+        click.Abort: it may not.
+    """
     if not sys.stdin.isatty():
         raise BadInputError(f"{port} is a real robot, and there is nobody to ask: add --yes if it may move")
     click.confirm(
-        f"{port}: a real robot ({robot.joints} joints) will move now: {title}. Is everyone clear of it?",
+        f"{port}: a real robot ({robot.joints} joints) will move now: {motion}. Is everyone clear of it?",
         abort=True,
     )
-
-
-def _writer(
-    path: Path,
-    robot: Robot,
-    gait: Gait | None,
-    board: Board,
-    options: dict[str, Any],
-    start_ns: int,
-    about: Mapping[str, Any],
-) -> Any:
-    import platform
-    from dataclasses import asdict
-
-    from firmware_protocol.catalogue import catalogue_hash, dbc_text
-    from snakebot import __version__
-    from snakebot.runlog import RunWriter
-    from snakebot.runlog.log import gait_to_mapping
-
-    assert board.info is not None
-    metadata = {
-        "gait": gait_to_mapping(gait) if gait is not None else None,
-        "ramp_s": options["ramp"],
-        "rate_hz": options["rate"],
-        "port": options["port"],
-        "faults": list(options["faults"]),
-        "effects": list(options["effects"]),
-        "seed": options["seed"],
-        "simulated": board.info.simulated,
-        "virtual_time": options["fast"],
-        "forward_speed_m_s": options["speed"],
-        "notes": options["note"],
-        "board": asdict(board.info),
-        "catalogue_hash": f"{catalogue_hash():08x}",
-        "snakebot_version": __version__,
-        "python_version": platform.python_version(),
-        "platform": platform.platform(),
-        **about,
-    }
-    return RunWriter(
-        path,
-        robot,
-        {key: value for key, value in metadata.items() if value is not None},
-        attachments={"snakebot.dbc": dbc_text().encode()},
-        start_time_ns=start_ns,
-    )
-
-
-@contextlib.contextmanager
-def _signals(loop: RunLoop) -> Iterator[None]:
-    """Ctrl-C, SIGTERM and a closed terminal ramp down; the stop signal cuts the power."""
-    from snakebot.control.registry import STOP_SIGNAL
-
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    handlers = {
-        number: lambda *_: loop.request_stop() for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    }
-    handlers[STOP_SIGNAL] = lambda *_: loop.request_emergency_stop()
-    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-@contextlib.contextmanager
-def _panel(
-    loop: RunLoop, gait: Gait | None, title: str, robot: Robot, options: dict[str, Any]
-) -> Iterator[None]:
-    """The live panel, drawn by a thread of its own, and its keys; nothing where nobody looks."""
-    if options["as_json"] or options["fast"] or not sys.stdout.isatty():
-        yield
-        return
-    from rich.live import Live
-
-    from snakebot.cli import keys
-    from snakebot.cli.panel import panel
-
-    done = threading.Event()
-    shown = [title]
-    before = sys.getswitchinterval()
-    sys.setswitchinterval(2e-4)  # drawing takes milliseconds: the loop must get in between
-    with contextlib.ExitStack() as stack:
-        live = stack.enter_context(Live(auto_refresh=False, transient=True))
-        if gait is not None:
-            stack.enter_context(keys.listening(loop, gait, lambda wanted: shown.append(str(wanted))))
-        foot = (
-            f"{options['port']}   {keys.HELP}" if gait is not None and sys.stdin.isatty() else options["port"]
-        )
-
-        def draw() -> None:
-            while not done.wait(_PANEL_S):
-                live.update(panel(loop.progress, shown[-1], foot, robot.angle_limit_rad), refresh=True)
-
-        thread = threading.Thread(target=draw, name="panel", daemon=True)
-        thread.start()
-        try:
-            yield
-        finally:
-            done.set()
-            thread.join(timeout=2.0)
-            sys.setswitchinterval(before)

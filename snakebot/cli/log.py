@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import importlib
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from snakebot.errors import BadInputError
+from snakebot.cli.groups import Group
+from snakebot.errors import BadInputError, cannot_write
+from snakebot.in_words import plain
+from snakebot.text_table import screen_columns, set_in_columns, shortened_apart
+from snakebot.whole_files import creating
 
 if TYPE_CHECKING:
     from snakebot.runlog import RunLog
@@ -28,6 +33,8 @@ Examples:
 """
 
 
+_MOST = {"ended": 60}  # characters of a column, where not 44: what a run that failed says
+
 _ELSEWHERE = {  # imported only when called for
     "import": ("snakebot.cli.log_tables", "import_log"),
     "merge-speed": ("snakebot.cli.log_tables", "merge"),
@@ -35,7 +42,7 @@ _ELSEWHERE = {  # imported only when called for
 }
 
 
-class _Group(click.Group):
+class _Group(Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return sorted([*super().list_commands(ctx), *_ELSEWHERE])
 
@@ -64,6 +71,10 @@ def list_logs(folder: Path, as_json: bool) -> None:
     """List the logs in FOLDER [runs], finished and unfinished."""
     from snakebot.runlog.listing import find_logs, summarize
 
+    if folder.is_file():
+        raise BadInputError(
+            f"{folder}: a file, no folder; `snakebot log info {folder}` says what a log holds"
+        )
     if not folder.is_dir():
         raise BadInputError(
             f"{folder}: no such folder; runs are recorded in 'runs' unless --log says otherwise"
@@ -77,24 +88,28 @@ def list_logs(folder: Path, as_json: bool) -> None:
     if not summaries:
         click.echo(f"{folder}: no logs")
         return
-    rows = [("log", "state", "ticks", "s", "gait", "m/s", "robot"), *(_row(summary) for summary in summaries)]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=True)]
-        click.echo("  ".join(cells).rstrip())
+    head = ("log", "state", "ticks", "s", "motion", "m/s", "fault", "effect", "robot", "ended")
+    columns = zip(*(_row(summary) for summary in summaries), strict=True)
+    body = [shortened_apart(column, _MOST.get(name, 44)) for name, column in zip(head, columns, strict=True)]
+    rows = [head, *zip(*body, strict=True)]
+    numeric = [name in ("ticks", "s", "m/s") for name in head]
+    for line in set_in_columns(rows, numeric, screen=screen_columns()):
+        click.echo(line)
 
 
 def _row(summary: LogSummary) -> tuple[str, ...]:
-    about = summary.metadata
-    speed = about.get("forward_speed_m_s")
+    about, speed = summary.metadata, summary.speed_m_s
     return (
-        _plain(summary.path.name),
+        plain(summary.path.name),
         summary.state,
         str(summary.ticks),
         f"{summary.duration_s:.1f}",
         _motion_text(about),
-        f"{speed:.4g}" if isinstance(speed, (int, float)) else "-",
-        _plain(about.get("robot", "-")) + (" (simulated)" if about.get("simulated") else ""),
+        "-" if speed is None else f"{speed:.4g}",
+        _list_text(about.get("faults")),
+        _list_text(about.get("effects")),
+        plain(about.get("robot", "-")) + (" (simulated)" if about.get("simulated") else ""),
+        plain(summary.ended or "-"),
     )
 
 
@@ -128,17 +143,17 @@ def info(log: Path, as_json: bool) -> None:
     size = f"{summary.bytes / 1e6:.2f} MB"
     click.echo(f"{log}: {summary.state}, {summary.ticks} ticks in {summary.duration_s:.2f} s, {size}")
     for problem in summary.problems:
-        click.echo(f"  damaged: {_plain(problem)}")
+        click.echo(f"  damaged: {plain(problem)}")
     click.echo(
         f"  {contents.joints} joints; {result['late_ticks']} late ticks; {result['lost_samples']} lost samples"
     )
     click.echo("  channels: " + ", ".join(f"{topic} ({n})" for topic, n in sorted(summary.messages.items())))
-    click.echo("  attachments: " + _plain(", ".join(contents.attachments)))
+    click.echo("  attachments: " + plain(", ".join(contents.attachments)))
     for key, value in sorted(contents.metadata.items()):
-        click.echo(f"  {_plain(key)}: {_plain(value if isinstance(value, str) else json.dumps(value))}")
+        click.echo(f"  {plain(key)}: {plain(value if isinstance(value, str) else json.dumps(value))}")
     for event in contents.events:
         if event.level != "debug":
-            click.echo(f"  {event.t_s:9.3f} s  {event.level}: {_plain(event.message)}")
+            click.echo(f"  {event.t_s:9.3f} s  {event.level}: {plain(event.message)}")
 
 
 EXPORT_EPILOG = """\b
@@ -146,13 +161,18 @@ Examples:
   snakebot log export run.mcap run.csv
   snakebot log export run.mcap run.parquet
   snakebot log export runs/*.mcap my_session            a session folder
+  snakebot log export run.mcap --ros2 my_bag            a ROS 2 bag: JointState of commands and encoders
   snakebot log export run.mcap robot.yaml               an attachment, by its name
 """
 
 
-@command.command("export", short_help="Write logs as CSV, Parquet or a session folder.", epilog=EXPORT_EPILOG)
-@click.argument("logs", type=LOG, nargs=-1, required=True)
-@click.argument("output", type=LOG)
+@command.command(
+    "export", short_help="Write logs as a table, a session folder, a ROS 2 bag.", epilog=EXPORT_EPILOG
+)
+@click.argument("paths", type=LOG, nargs=-1, required=True, metavar="LOGS... OUTPUT")
+@click.option(
+    "--ros2", type=LOG, metavar="FOLDER", help="Write one log as a ROS 2 bag (MCAP, CDR), without OUTPUT."
+)
 @click.option(
     "--format",
     "form",
@@ -160,14 +180,27 @@ Examples:
     help="What to write [by OUTPUT's ending; a session folder where it has none].",
 )
 @JSON_OPTION
-def export(logs: tuple[Path, ...], output: Path, form: str | None, as_json: bool) -> None:
+def export(paths: tuple[Path, ...], ros2: Path | None, form: str | None, as_json: bool) -> None:
     """Write LOGS as OUTPUT: a table (CSV, CSV.gz, Parquet) of one log, or a session folder of any number."""
     from snakebot.runlog import open_runs, read_log
     from snakebot.runlog.session_write import write_session, write_table
 
+    if ros2 is not None:
+        from snakebot.runlog.foreign.ros_export import write_bag
+
+        if len(paths) > 1 or form is not None:
+            raise BadInputError(
+                f"--ros2 {ros2}: a bag holds one log, and takes the place of OUTPUT and --format"
+            )
+        counts = write_bag(read_log(existing(paths[0])), ros2)
+        tell({"output": str(ros2), "messages": counts}, as_json, str(ros2))
+        return
+    if len(paths) < 2:
+        raise BadInputError(f"{paths[0]}: give the log, then what to write: LOGS... OUTPUT")
+    *logs, output = paths
     form = form or _form(output)
-    if output.exists() and (output.is_file() or form != "session"):
-        raise BadInputError(f"{output}: exists already")
+    if os.path.lexists(output) and not (output.is_dir() and form == "session"):
+        raise BadInputError(f"{output}: exists already; give another name")
     if form == "session":
         session = open_runs(logs)
         write_session(output, session.robot, session.runs)
@@ -180,7 +213,7 @@ def export(logs: tuple[Path, ...], output: Path, form: str | None, as_json: bool
         log = read_log(existing(logs[0]))
         if form == "attachment":
             if output.name not in log.attachments:
-                known = _plain(", ".join(log.attachments))
+                known = plain(", ".join(log.attachments))
                 raise BadInputError(
                     f"{output}: neither a table (.csv, .csv.gz, .parquet) nor an attachment ({known})"
                 )
@@ -191,7 +224,7 @@ def export(logs: tuple[Path, ...], output: Path, form: str | None, as_json: bool
             try:
                 write_table(output, columns)
             except OSError as error:
-                raise BadInputError(f"{output}: cannot be written: {error.strerror}") from None
+                raise cannot_write(f"{output}: cannot be written", error) from None
             result = {"output": str(output), "rows": int(log.t_s.size), "columns": list(columns)}
     tell(result, as_json, str(output))
 
@@ -212,12 +245,14 @@ def recover_log(log: Path, output: Path | None, as_json: bool) -> None:
     path, problems = recover(log, output)
     ticks = summarize(path).ticks
     for problem in problems:
-        click.echo(f"snakebot: {log}: {_plain(problem)}", err=True)
+        click.echo(f"snakebot: {log}: {plain(problem)}", err=True)
     tell({"output": str(path), "ticks": ticks, "left_out": problems}, as_json, f"{path}: {ticks} ticks")
 
 
 def existing(log: Path) -> Path:
     """The log, if there is such a file."""
+    if log.is_dir():
+        raise BadInputError(f"{log}: a folder; give a log in it (`snakebot log list {log}`)")
     if not log.is_file():
         raise BadInputError(f"{log}: no such log")
     return log
@@ -232,9 +267,10 @@ def _form(output: Path) -> str:
 
 def _write(path: Path, data: bytes) -> None:
     try:
-        path.write_bytes(data)
+        with creating(path) as whole:
+            whole.write_bytes(data)
     except OSError as error:
-        raise BadInputError(f"{path}: cannot be written: {error.strerror}") from None
+        raise cannot_write(f"{path}: cannot be written", error) from None
 
 
 def tell(result: dict[str, Any], as_json: bool, text: str) -> None:
@@ -242,18 +278,19 @@ def tell(result: dict[str, Any], as_json: bool, text: str) -> None:
     click.echo(json.dumps(result) if as_json else text)
 
 
-def _plain(text: object) -> str:
-    """Text from a file as one line that cannot steer the terminal."""
-    return "".join(char if char.isprintable() else "?" for char in str(text))
-
-
 def _motion_text(about: Mapping[str, Any]) -> str:
-    """The gait, or the probe, of a run."""
+    """The gait (alpha, beta, omega), or the probe, of a run."""
     gait = about.get("gait")
     if not isinstance(gait, dict):
-        return _plain(about.get("probe", "-"))
+        return plain(about.get("probe", "-"))
     values = [gait.get(key) for key in ("alpha_deg", "beta_deg", "omega_rad_s")]
-    return " ".join(f"{value:g}" if isinstance(value, (int, float)) else "?" for value in values)
+    numbers = [f"{value:g}" if isinstance(value, (int, float)) else "?" for value in values]
+    return "{}° {}° {} rad/s".format(*numbers)
+
+
+def _list_text(values: object) -> str:
+    """What was given to ``--fault`` or ``--effect``, as often as it was."""
+    return plain(" ".join(map(str, values))) if isinstance(values, list) and values else "-"
 
 
 def _lost(log: RunLog) -> int:
@@ -268,6 +305,8 @@ def _as_mapping(summary: LogSummary) -> dict[str, Any]:
         "state": summary.state,
         "ticks": summary.ticks,
         "duration_s": summary.duration_s,
+        "ended": summary.ended,
+        "forward_speed_m_s": summary.speed_m_s,
         "bytes": summary.bytes,
         "messages": dict(summary.messages),
         "metadata": dict(summary.metadata),

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from snakebot.cli import names
 from snakebot.cli.log import JSON_OPTION, LOG, existing, tell
+from snakebot.cli.run_options import check_speed
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
-    from snakebot.runlog.table import Dialect
+    from snakebot.runlog.number_table import CsvForm
 
 IMPORT_EPILOG = """\b
 Examples:
@@ -29,11 +31,9 @@ current_1_a, supply_v, temperature_1_c. UNIT: s ms us ns min, rad deg rev mrad c
 
 def _table_options(function: Any) -> Any:
     for option in (
-        click.option("--skip-rows", type=click.IntRange(min=0), default=0, help="Lines before the header."),
-        click.option(
-            "--decimal", type=click.Choice([".", ","]), default=".", help="Decimal sign of the CSV."
-        ),
-        click.option("--delimiter", default=",", help="Between the CSV's columns; 'tab' for tabs."),
+        click.option("--skip-rows", type=click.IntRange(min=0), help="Lines before the header [found out]."),
+        click.option("--decimal", type=click.Choice([".", ","]), help="Decimal sign of the CSV [found out]."),
+        click.option("--delimiter", help="Between the CSV's columns; 'tab' for tabs [found out]."),
         click.option(
             "--map-file", type=LOG, help="A file with one map entry a line; # begins a comment line."
         ),
@@ -47,7 +47,14 @@ def _table_options(function: Any) -> Any:
 @click.argument("table", type=LOG)
 @click.argument("output", type=LOG)
 @_table_options
-@click.option("--robot", "robot_source", default="penn_state", show_default=True, help="Robot description.")
+@click.option(
+    "--robot",
+    "robot_source",
+    shell_complete=names.robots,
+    default="penn_state",
+    show_default=True,
+    help="Robot description.",
+)
 @click.option("--alpha", type=float, help="Gait of the run, deg; with --beta and --omega.")
 @click.option("--beta", type=float, help="deg")
 @click.option("--omega", type=float, help="rad/s")
@@ -70,14 +77,13 @@ def import_log(table: Path, output: Path, robot_source: str, as_json: bool, **op
         given = {key: value for key, value in gait.items() if value is not None}
         parsed = gait_from_mapping(given, "--alpha, --beta, --omega")
         about["gait"] = gait_to_mapping(parsed) if parsed is not None else None
+    check_speed(options["speed"])
     if options["speed"] is not None:
-        about.update(
-            forward_speed_m_s=_finite("--speed", options["speed"]), forward_speed_source="entered by hand"
-        )
+        about.update(forward_speed_m_s=options["speed"], forward_speed_source="entered by hand")
     if options["note"]:
         about["notes"] = options["note"]
-    mapping = parse_map(_entries(options), robot)
-    path = import_table(table, output, robot, mapping, about, _dialect(options))
+    mapping = parse_map(entries_of(options), robot)
+    path = import_table(table, output, robot, mapping, about, _dialect(table, options))
     tell({"output": str(path)}, as_json, str(path))
 
 
@@ -116,7 +122,8 @@ def merge(
     if (speed is None) == (track is None):
         raise BadInputError("give --speed or --track, one of them")
     if speed is not None:
-        path = merge_speed(existing(log), _finite("--speed", speed), output=output)
+        check_speed(speed)
+        path = merge_speed(existing(log), speed, output=output)
         result: dict[str, Any] = {"output": str(path), "forward_speed_m_s": speed}
         tell(result, as_json, f"{path}: forward speed {speed:g} m/s")
         return
@@ -141,7 +148,7 @@ def _merge_track(
     run = contents.to_run()
     gait = contents.gait
     period_s = gait.period_s if gait is not None and math.isfinite(gait.period_s) else 1.0
-    track = read_track(table, parse_map(_entries(options), contents.robot), _dialect(options))
+    track = read_track(table, parse_map(entries_of(options), contents.robot), _dialect(table, options))
     track = with_heading(track, period_s)
     offset, aligned_by = place_track(
         contents, track, None if offset_s is None else _finite("--offset", offset_s)
@@ -172,21 +179,39 @@ def _finite(name: str, value: float) -> float:
     return value
 
 
-def _entries(options: dict[str, Any]) -> list[str]:
+def entries_of(options: dict[str, Any]) -> list[str]:
+    """The entries of ``--map`` and ``--map-file``."""
     entries = list(options["entries"])
     if options["map_file"] is not None:
         try:
             lines = options["map_file"].read_text(encoding="utf-8").splitlines()
-        except (OSError, UnicodeDecodeError) as error:
-            raise BadInputError(f"{options['map_file']}: cannot read the column map: {error}") from None
+        except OSError as error:
+            raise BadInputError(
+                f"{options['map_file']}: cannot read the column map: {error.strerror}"
+            ) from None
+        except UnicodeDecodeError:
+            raise BadInputError(f"{options['map_file']}: not a column map: no UTF-8 text") from None
         entries += [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
     return entries
 
 
-def _dialect(options: dict[str, Any]) -> Dialect:
-    from snakebot.runlog.table import Dialect
+def delimiter_of(text: str) -> str:
+    """What ``--delimiter`` says.
 
-    delimiter = "\t" if options["delimiter"] == "tab" else options["delimiter"]
+    Raises:
+        BadInputError: no single character.
+    """
+    delimiter = {"tab": "\t", "space": " "}.get(text, text)
     if len(delimiter) != 1:
         raise BadInputError(f"--delimiter {delimiter!r}: give one character, or 'tab'")
-    return Dialect(delimiter, options["decimal"], options["skip_rows"])
+    return delimiter
+
+
+def _dialect(table: Path, options: dict[str, Any]) -> CsvForm | None:
+    """How the table is written, as the options say; what they leave open is found out."""
+    from snakebot.runlog.foreign.csv_form import find_form
+
+    if table.name.endswith(".parquet"):
+        return None
+    delimiter = None if options["delimiter"] is None else delimiter_of(options["delimiter"])
+    return find_form(table, delimiter, options["decimal"], options["skip_rows"]).form

@@ -2,30 +2,44 @@
 
 from __future__ import annotations
 
-import errno
+if __name__ == "__main__":  # before anything slow is imported
+    from snakebot.cli.entry import main as begin
+
+    begin()
+
+import contextlib
 import importlib
 import os
 import sys
 import warnings
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import click
 
 from snakebot import __version__
-from snakebot.errors import EXIT_INTERNAL, EXIT_LOG, SnakebotError
+from snakebot.cli import ctrl_c
+from snakebot.cli.groups import Group
+from snakebot.errors import EXIT_INTERNAL, EXIT_INTERRUPTED, EXIT_LOG, NO_ROOM, SnakebotError
 
 # name -> (module, one line of help): the help page needs no import.
 COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("snakebot.cli.run", "Move the robot: stream a gait, read the encoders, log it."),
+    "view": ("snakebot.cli.view", "A recorded run, or a board that others drive, in the browser."),
     "stop": ("snakebot.cli.stop", "Emergency stop from a second terminal."),
+    "jog": ("snakebot.cli.jog", "Turn one joint by keys, in small steps."),
     "board": ("snakebot.cli.board", "Find boards, ask them who they are, simulate one, test one."),
+    "effect": ("snakebot.cli.effect", "What a nominal simulation leaves out: list the effects, show one."),
+    "gait": ("snakebot.cli.gait", "Gaits by name: list, show."),
+    "robot": ("snakebot.cli.robot", "Robot descriptions: list, show, calibrate, export to MuJoCo."),
     "doctor": ("snakebot.cli.doctor", "Check a port: permissions, timing, versions; say what to do."),
     "log": ("snakebot.cli.log", "List, inspect, export, import, replay and recover run logs."),
-    "session": ("snakebot.cli.session", "Make session folders from logs, and check them."),
+    "session": ("snakebot.cli.session", "Plan recordings, make session folders from logs, check them."),
     "analyze": ("snakebot.cli.analyze", "Tracking error, sines, speed, power and link quality of runs."),
     "compare": ("snakebot.cli.compare", "One run beside its simulation, joint by joint."),
     "diagnose": ("snakebot.cli.diagnose", "Where robot and simulation part, and which effect causes it."),
+    "optimize": ("snakebot.cli.optimize", "The best gait of a robot with its effects, and how sure it is."),
+    "predict": ("snakebot.cli.predict", "Speed, tracking error and power of a gait, with bands."),
     "study": ("snakebot.cli.study", "The paper's experiments: Pareto front, faults, friction, speed."),
     "completion": ("snakebot.cli.completion", "Print the script for shell completion."),
 }
@@ -47,7 +61,7 @@ class _ReaderGoneError(Exception):
     """Whoever read our output has heard enough."""
 
 
-class LazyGroup(click.Group):
+class LazyGroup(Group):
     """Commands by name, imported when asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -60,13 +74,24 @@ class LazyGroup(click.Group):
         assert isinstance(command, click.Command)
         return command
 
+    def make_context(self, *arguments: Any, **more: Any) -> click.Context:
+        """Click would begin a line of its own on Ctrl-C."""
+        try:
+            return super().make_context(*arguments, **more)
+        except KeyboardInterrupt:
+            raise click.Abort from None
+
     def invoke(self, ctx: click.Context) -> Any:
-        """Click would end with status 1 where the reader of our output has gone, as with ``| head``."""
+        """Click would end with status 1 where the reader of our output has gone, as with ``| head``, and say more than
+        needs saying on Ctrl-C.
+        """
         try:
             result = super().invoke(ctx)
             sys.stdout.flush()
         except BrokenPipeError:
             raise _ReaderGoneError from None
+        except KeyboardInterrupt:
+            raise click.Abort from None
         return result
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -80,52 +105,58 @@ def cli() -> None:
     """Drive a servo snake robot, simulate it, and find out why the two differ."""
 
 
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-
-
 def _write_no_more() -> None:
     """What is still buffered goes nowhere: Python would try to write it at the end, and complain."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+def _say(line: str) -> None:
+    with contextlib.suppress(OSError):  # a terminal that has been closed
+        click.echo(f"snakebot: {line}", err=True)
+
+
 def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
-    click.echo(f"snakebot: warning: {message}", err=True)
+    _say(f"warning: {message}")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Entry point: every error meant for the user becomes one line and its exit status."""
+    """Every error meant for the user becomes one line and its exit status. The program begins in ``entry``."""
     warnings.showwarning = _show_warning
     try:
         status = cli.main(args=arguments, prog_name="snakebot", standalone_mode=False)
     except (click.exceptions.Abort, KeyboardInterrupt):
-        click.echo("snakebot: aborted", err=True)
-        sys.exit(130)
+        _abort()
+    except click.exceptions.NoArgsIsHelpError as asked:  # a group alone: its help is the answer
+        click.echo(asked.format_message(), err=True)
+        sys.exit(asked.exit_code)
     except click.ClickException as error:
         context = getattr(error, "ctx", None)
         usage = f"\nTry: {context.command_path} --help" if context is not None else ""
-        click.echo(f"snakebot: {error.format_message()}{usage}", err=True)
+        _say(f"{' '.join(error.format_message().split())}{usage}")  # a missing choice comes in several lines
         sys.exit(error.exit_code)
     except SnakebotError as error:
-        click.echo(f"snakebot: {error}", err=True)
+        _say(str(error))
         sys.exit(error.exit_status)
     except (_ReaderGoneError, BrokenPipeError):
         _write_no_more()
         sys.exit(0)
     except Exception as error:
-        if isinstance(error, OSError) and error.filename is None and error.errno in _NO_ROOM:
+        if isinstance(error, OSError) and error.filename is None and error.errno in NO_ROOM:
             _write_no_more()
-            click.echo(f"snakebot: standard output cannot be written: {error.strerror}", err=True)
+            _say(f"standard output cannot be written: {error.strerror}")
             sys.exit(EXIT_LOG)
         if os.environ.get("SNAKEBOT_DEBUG"):
             raise
-        click.echo(
-            f"snakebot: internal error: {type(error).__name__}: {error} "
-            "(a fault of snakebot; SNAKEBOT_DEBUG=1 shows where)",
-            err=True,
+        if ctrl_c.pressed:
+            _abort()
+        _say(
+            f"internal error: {type(error).__name__}: {error} "
+            "(a fault of snakebot; SNAKEBOT_DEBUG=1 shows where)"
         )
         sys.exit(EXIT_INTERNAL)
     sys.exit(status if isinstance(status, int) else 0)
 
 
-if __name__ == "__main__":
-    main()
+def _abort() -> NoReturn:
+    _say("aborted")
+    sys.exit(EXIT_INTERRUPTED)

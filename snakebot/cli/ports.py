@@ -1,70 +1,60 @@
-"""Opening what ``--port`` names: the simulated board in this process, or a link to a board elsewhere."""
+"""``--port`` on the command line: as ``snakebot.control.ports``, and a word where the first start takes long."""
 
 from __future__ import annotations
 
 import contextlib
+import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import click
 
-from snakebot.errors import BadInputError
+from snakebot.control.ports import SIM
 
 if TYPE_CHECKING:
     from snakebot.clock import Clock
     from snakebot.links import Link
     from snakebot.robot import Robot
 
-SIM = "sim:"
-_PATIENCE_S = 2.0
+__all__ = ["SIM", "open_port", "patience"]
+
+_PATIENCE_S = 2.0  # before it is told why nothing happens; chosen
+_LOOK_S = 0.1  # then so long between two looks whether anything is compiled
 
 
 @contextlib.contextmanager
-def _patience() -> Iterator[None]:
-    """Say what is going on when the simulation is compiled: that happens once, and takes some seconds."""
-    note = threading.Timer(
-        _PATIENCE_S,
-        lambda: click.echo("compiling the simulation (only the first start takes this long) ...", err=True),
-    )
-    note.start()
+def patience(port: str) -> Iterator[None]:
+    """Say what is going on when the simulation is compiled: that happens once, and takes some seconds.
+
+    A start that takes as long for another reason, as on a busy computer, is not told of.
+    """
+    done = threading.Event()
+
+    def watch() -> None:
+        wait_s = _PATIENCE_S
+        while not done.wait(wait_s):
+            wait_s = _LOOK_S
+            if _compiles():
+                click.echo("compiling the simulation (only the first start takes this long) ...", err=True)
+                return
+
+    if port == SIM:
+        threading.Thread(target=watch, name="patience", daemon=True).start()
     try:
         yield
     finally:
-        note.cancel()
+        done.set()
 
 
-def open_port(
-    port: str,
-    clock: Clock,
-    robot: Robot,
-    effects: Sequence[str] = (),
-    seed: int = 0,
-    *,
-    virtual: bool = False,
-) -> Link:
-    """A link to the board that ``port`` names; ``sim:`` is one in this process, made for ``robot``.
+def _compiles() -> bool:
+    compiled = sys.modules.get("snakebot.physics.compiled")  # who compiles has imported it
+    return compiled is not None and bool(getattr(compiled, "compiles", bool)())
 
-    Raises:
-        BadInputError: the port is not in the grammar, an effect is unknown, or an option that only the simulated
-            board understands was given for another one.
-        NoBoardError: the port cannot be opened.
-    """
-    if port == SIM:
-        from snakebot.effects import parse_effects
-        from snakebot.simboard import InProcessLink, SimBoard
 
-        specs = parse_effects(effects)
-        with _patience():
-            board = SimBoard(robot, specs, seed)
-        return InProcessLink(board, clock)
-    if effects:
-        raise BadInputError(
-            f"--effect changes the simulated board, not the one on {port}: "
-            "give it to `snakebot board sim`, or run on --port sim:"
-        )
-    if virtual:
-        raise BadInputError(f"--fast needs virtual time, which only --port sim: has, not {port}")
-    from snakebot.links import open_link
+def open_port(port: str, clock: Clock, robot: Robot) -> Link:
+    """``snakebot.control.ports.open_port``, which raises the same."""
+    from snakebot.control import ports
 
-    return open_link(port)
+    with patience(port):
+        return ports.open_port(port, clock, robot)

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
 
-from snakebot.cli.ports import SIM
-from snakebot.cli.run_options import run_options
+from snakebot.cli import names
+from snakebot.cli.run_options import RunOptions, check_finite, run_options
 from snakebot.errors import EXIT_INTERRUPTED, BadInputError
-
-if TYPE_CHECKING:
-    from snakebot.gait import SampledMotion
 
 EPILOG = """\b
 Examples:
@@ -27,8 +22,12 @@ Examples:
 
 @click.command("replay", short_help="Send recorded set-points again.", epilog=EPILOG)
 @click.argument("log", type=click.Path(path_type=Path))
-@click.option("--port", default=SIM, show_default=True, help="Where the board is; see `snakebot board list`.")
-@click.option("--robot", "robot_source", help="Robot description with its limits [the one in LOG].")
+@click.option(
+    "--robot",
+    "robot_source",
+    shell_complete=names.robots,
+    help="Robot description with its limits [the one in LOG].",
+)
 @click.option("--rate", type=float, help="Ticks a second, Hz [that of LOG].")
 @click.option(
     "--ramp",
@@ -37,73 +36,39 @@ Examples:
     show_default=True,
     help="To the first posture and to straight, each, s.",
 )
-@click.option(
-    "--log", "log_path", type=click.Path(path_type=Path), help="The new run's log [runs/<time>_replay.mcap]."
-)
 @run_options
-def command(log: Path, **options: Any) -> None:
+def command(
+    log: Path, options: RunOptions, robot_source: str | None, rate: float | None, ramp: float
+) -> None:
     """Send the set-points recorded in LOG again, to the simulation or to a robot, limits checked before it moves."""
     import json
-    import math
 
-    import numpy as np
-
-    from snakebot.cli.execution import execute
-    from snakebot.control import parse_fault
-    from snakebot.control.loop import check_rate
-    from snakebot.gait import SampledMotion, check_motion
+    from snakebot.cli.execution import check, execute
+    from snakebot.cli.summary import report
+    from snakebot.control import plan_replay
     from snakebot.robot import load_robot
-    from snakebot.runlog import new_log_path, read_log
-    from snakebot.runlog.naming import gait_label
-    from snakebot.runlog.replaying import recorded_setpoints
+    from snakebot.runlog import read_log
 
     if not log.is_file():
         raise BadInputError(f"{log}: no such log")
-    for name in ("ramp", "rate", "speed"):
-        if options[name] is not None and not math.isfinite(options[name]):
-            raise BadInputError(f"--{name} {options[name]}: not a finite number")
-    if options["ramp"] <= 0:
-        raise BadInputError(f"--ramp {options['ramp']:g}: must be a positive number of seconds")
+    check_finite("rate", rate)
+    check_finite("ramp", ramp)
     recorded = read_log(log)
-    rate_hz = (recorded.number("rate_hz") or 100.0) if options["rate"] is None else options["rate"]
-    check_rate(rate_hz)
-    robot = recorded.robot if options["robot_source"] is None else load_robot(options["robot_source"])
+    robot = recorded.robot if robot_source is None else load_robot(robot_source)
     if robot.joints != recorded.joints:
         raise BadInputError(
             f"{log}: {recorded.joints} joints recorded, robot {robot.name!r} has {robot.joints}"
         )
-    t_s, angles_rad = recorded_setpoints(recorded)
-
-    def make_motion(start_rad: Sequence[float]) -> SampledMotion:
-        return SampledMotion(t_s, angles_rad, options["ramp"], start_rad)
-
-    motion = make_motion([0.0] * robot.joints)
-    check_motion(motion, robot)
-    faults = [parse_fault(text, robot.joints) for text in options["faults"]]
-    title = f"the recorded set-points of {recorded.name}"
-    if options["dry_run"]:
-        result = {"replays": str(log), "duration_s": motion.duration_s, "joints": robot.joints}
-        text = (
-            f"{title}: {motion.duration_s:.1f} s with ramps, within all limits of {robot.name}; nothing sent"
-        )
-        click.echo(json.dumps(result) if options["as_json"] else text)
+    settings = options.settings(robot, (recorded.number("rate_hz") or 100.0) if rate is None else rate)
+    plan = plan_replay(recorded, ramp_s=ramp)
+    if options.dry_run:
+        check(robot, plan, settings, options)
+        duration_s = plan.from_straight().duration_s
+        result = {"replays": str(log), "duration_s": duration_s, "joints": robot.joints}
+        text = f"{plan.title}: {duration_s:.1f} s with ramps, within all limits of {robot.name}; nothing sent"
+        click.echo(json.dumps(result) if options.as_json else text)
         return
-    label = f"{gait_label(recorded.gait)}_replay" if recorded.gait is not None else "replay"
-    settle_s = options["ramp"] + (recorded.number("ramp_s") or 0.0)  # the recorded ramp comes after ours
-    ended = execute(
-        robot,
-        recorded.gait,
-        make_motion,
-        faults,
-        {
-            **options,
-            "ramp": settle_s,
-            "rate": rate_hz,
-            "log_path": options["log_path"] or new_log_path(label),
-        },
-        title=title,
-        amplitude_rad=float(np.ptp(angles_rad, axis=0).max() / 2),
-        about={"replay_of": recorded.name},
-    )
-    if ended == "interrupted":
+    done = execute(robot, plan, settings, options)
+    report(done, as_json=options.as_json)
+    if done.ended == "interrupted":
         sys.exit(EXIT_INTERRUPTED)

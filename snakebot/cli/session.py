@@ -1,14 +1,19 @@
-"""``snakebot session``: make session folders, and check those that others made."""
+"""``snakebot session``: plan recordings, make session folders, and check those that others made."""
 
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from snakebot.cli import names
+from snakebot.cli.groups import Group
+from snakebot.cli.session_plan import command as plan_command
 from snakebot.errors import BadInputError
+from snakebot.in_words import plain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,14 +25,33 @@ JSON_OPTION = click.option("--json", "as_json", is_flag=True, help="Print the re
 
 EPILOG = """\b
 Examples:
+  snakebot session plan penn_state --port serial:/dev/ttyUSB0
   snakebot session make my_session runs/*.mcap
+  snakebot session import monday.csv -o lab --units deg
   snakebot session check my_session
 """
 
 
-@click.group(name="session", epilog=EPILOG)
+class _Group(Group):
+    """Imports ``import`` only when it is called for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return sorted([*super().list_commands(ctx), "import"])
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name != "import":
+            return super().get_command(ctx, cmd_name)
+        from snakebot.cli.session_import import import_session
+
+        return import_session
+
+
+@click.group(name="session", epilog=EPILOG, cls=_Group)
 def command() -> None:
-    """Make session folders from logs, and check them."""
+    """Plan recordings, make session folders from logs and from any robot's recordings, and check them."""
+
+
+command.add_command(plan_command)
 
 
 MAKE_EPILOG = """\b
@@ -44,7 +68,12 @@ A run is named as its log without .mcap, or as its file in the session that it c
 @command.command("make", epilog=MAKE_EPILOG)
 @click.argument("output", type=PATH)
 @click.argument("runs", type=PATH, nargs=-1, required=True)
-@click.option("--robot", "robot_source", help="Nominal model [the description in the first run].")
+@click.option(
+    "--robot",
+    "robot_source",
+    shell_complete=names.robots,
+    help="Nominal model [the description in the first run].",
+)
 @click.option("--hold-out", multiple=True, metavar="RUN", help="Never fit on this run.")
 @click.option("--repeat", multiple=True, metavar="RUN=FIRST", help="RUN repeats the motion of FIRST.")
 @click.option("--find-repeats/--no-find-repeats", default=True, show_default=True, help="Find equal motions.")
@@ -122,25 +151,30 @@ def _marked(runs: Sequence[Run], hold_out: Sequence[str], repeat: Sequence[str])
 @command.command(
     "check", epilog="\b\nExamples:\n  snakebot session check my_session\n  snakebot session check lab --json"
 )
-@click.argument("folder", type=PATH)
+@click.argument("folder", metavar="SESSION|LOG...", type=PATH, nargs=-1, required=True)
+@click.option("--robot", "robot_source", help="In the commands that are told [the session's, by its name].")
+@click.option("--port", default="sim:", show_default=True, help="In the commands that are told.")
 @JSON_OPTION
-def check(folder: Path, as_json: bool) -> None:
-    """Read the session FOLDER strictly: what is in it, or what is wrong, by file, row and column.
+def check(folder: tuple[Path, ...], robot_source: str | None, port: str, as_json: bool) -> None:
+    """Read SESSION strictly: what is in it, or what is wrong, by file, row and column. Logs and folders of logs, too.
 
-    What a diagnosis would refuse or doubt (degrees in place of radians, nothing that moves) is told as well.
+    What a diagnosis would refuse or doubt (degrees in place of radians, nothing that moves) is told as well; and what
+    is missing for a confident verdict, each with the command that mends it.
     """
     import numpy as np
 
-    from snakebot.diagnosis.sanity import check_session
-    from snakebot.runlog import read_session
+    from snakebot.cli.diagnose import given_session
+    from snakebot.diagnosis.evidence.sanity import check_session
+    from snakebot.diagnosis.evidence.turns import run_on
+    from snakebot.diagnosis.missing import missing
 
-    if not folder.exists():
-        raise BadInputError(f"{folder}: no such folder")
-    session = read_session(folder)
+    session = given_session(folder, None, quiet=False)
+    named = " ".join(map(str, folder))
     try:
-        doubts = check_session(session)
+        doubts = [*check_session(session), *run_on(session)[1]]
     except BadInputError as error:
         doubts = [str(error)]
+    lacks = missing(session, robot=_shown(robot_source or _by_name(session.robot.name)), port=_shown(port))
     rows = [
         {
             "run": run.name,
@@ -158,15 +192,16 @@ def check(folder: Path, as_json: bool) -> None:
     ]
     if as_json:
         result = {
-            "session": str(folder),
+            "session": named,
             "joints": session.robot.joints,
             "body": session.robot.body is not None,
         }
-        click.echo(json.dumps(result | {"runs": rows, "warnings": [*session.warnings, *doubts]}))
+        told = {"warnings": [*session.warnings, *doubts], "missing": [vars(lack) for lack in lacks]}
+        click.echo(json.dumps(result | {"runs": rows} | told))
         return
     body = "with a body" if session.robot.body is not None else "on a bench"
     joints = f"{session.robot.joints} joint{'s' if session.robot.joints > 1 else ''}"
-    click.echo(f"{folder}: {joints} {body}, {len(rows)} runs")
+    click.echo(f"{named}: {joints} {body}, {len(rows)} run{'s' if len(rows) > 1 else ''}")
     width = max(len(str(row["run"])) for row in rows)
     for row in rows:
         about = [f"{row['samples']} samples", f"{row['duration_s']:.2f} s"]
@@ -180,3 +215,21 @@ def check(folder: Path, as_json: bool) -> None:
         click.echo(f"  {row['run']:<{width}}  {', '.join(about)}")
     for doubt in doubts:
         click.echo(f"for a diagnosis: {doubt}")
+    for lack in lacks:
+        click.echo(f"missing: {lack.text}\n  {lack.command}")
+
+
+def _by_name(name: str) -> str:
+    """The name, if a command takes it; what to put a file in the place of, if not."""
+    from snakebot.resources import config_path
+
+    try:
+        config_path("robots", name)
+    except BadInputError:
+        return "ROBOT.yaml"
+    return name
+
+
+def _shown(word: str) -> str:
+    """A word as a shell takes it, whoever wrote it."""
+    return shlex.quote(plain(word))

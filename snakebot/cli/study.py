@@ -6,33 +6,35 @@ import importlib
 
 import click
 
+from snakebot.cli.groups import Group
+
 # name -> (module, attribute, one line of help)
 STUDIES: dict[str, tuple[str, str, str]] = {
     "pareto": (
         "study_pareto",
         "pareto_command",
-        "Speed and power of 9000 gaits and their front (Figs. 5-10, 15-20).",
+        "Speed and power of 9000 gaits, and which is cheapest at each speed.",
     ),
-    "grid": ("study_gaits", "grid_command", "Speed and power around one gait (Table III)."),
+    "grid": ("study_gaits", "grid_command", "Speed and power of the gaits around one gait."),
     "faults": (
         "study_gaits",
         "faults_command",
-        "Free and rigid joints, singly, in pairs and triples (Table IV).",
+        "Speed and power with joints that are free or rigid, up to three at a time.",
     ),
     "speed": (
         "study_gaits",
         "speed_command",
-        "Speed and tracking error against omega (Table II, Figs. 21-22).",
+        "Speed and tracking error against omega, with servos that are not ideal.",
     ),
     "friction": (
         "study_friction",
         "friction_command",
-        "Friction coefficients from a treadmill bench (Section VII).",
+        "Friction coefficients from a treadmill bench.",
     ),
     "dissipation": (
         "study_friction",
         "dissipation_command",
-        "Power lost on the ground, from encoders (Section IX).",
+        "Power that a run loses on the ground, from its encoders.",
     ),
     "paper": ("study_paper", "paper_command", "Each claim of the paper: its value, ours, agree or not, why."),
     "infer": (
@@ -53,7 +55,7 @@ Examples:
 """
 
 
-class LazyStudies(click.Group):
+class LazyStudies(Group):
     """Studies by name, imported when asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:

@@ -29,7 +29,7 @@ bench.csv, one row an equilibrium (link_angle_deg 0 for straight joints):
 def friction_command(
     table_path: Path, robot_source: str, out: Path | None, as_json: bool, link_mass: float | None
 ) -> None:
-    """Friction coefficients of a link from inclines and belt speeds (Section VII), with 95 % intervals."""
+    """Friction coefficients of a link from inclines and belt speeds, with 95 % intervals."""
     import pyarrow as pa
 
     from snakebot.errors import BadInputError
@@ -81,7 +81,7 @@ Examples:
 @click.option("--speed", type=float, help="Measured forward speed, m/s [the run's own].")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object.")
 def dissipation_command(run_path: Path, speed: float | None, as_json: bool) -> None:
-    """Power that a run loses on the ground, from encoders and a speed alone (Section IX)."""
+    """Power that a run loses on the ground, from encoders and a speed alone."""
     from snakebot.studies.dissipation import dissipation
 
     result = dissipation(run_path, speed)

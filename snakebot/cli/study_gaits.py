@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from snakebot.cli import names
 from snakebot.cli.study_output import common, finish, progress_bar, table_text
 
 OPTIMUM = "penn_state_optimum"
@@ -20,7 +21,14 @@ Examples:
 """,
 )
 @common
-@click.option("--gait", "gait_source", default=OPTIMUM, show_default=True, help="The gait in the middle.")
+@click.option(
+    "--gait",
+    "gait_source",
+    shell_complete=names.gaits,
+    default=OPTIMUM,
+    show_default=True,
+    help="The gait in the middle.",
+)
 @click.option("--alpha-step", type=click.FloatRange(min=0.01), default=6.0, show_default=True, help="deg")
 @click.option("--beta-step", type=click.FloatRange(min=0.01), default=10.0, show_default=True, help="deg")
 @click.option("--reach", type=click.IntRange(1, 10), default=2, show_default=True, help="Steps either side.")
@@ -33,14 +41,14 @@ def grid_command(
     beta_step: float,
     reach: int,
 ) -> None:
-    """Speed and power around one gait (Table III's layout)."""
+    """Speed and power of the gaits around one gait: rows are alpha, columns beta."""
     from snakebot.gait import load_gait
     from snakebot.robot import load_robot
     from snakebot.studies.figures import grid_figure, save
     from snakebot.studies.near_optimum import near_optimum
     from snakebot.studies.sweep import write_parquet
 
-    robot, gait = load_robot(robot_source), load_gait(gait_source)
+    robot, gait = load_robot(robot_source), load_gait(gait_source).even()
     grid = near_optimum(robot, gait, alpha_step, beta_step, reach)
     folder = out or Path("results") / f"grid_{robot.name}"
     import pyarrow as pa
@@ -74,12 +82,19 @@ Examples:
 """,
 )
 @common
-@click.option("--gait", "gait_source", default=OPTIMUM, show_default=True, help="Gait by name or file.")
+@click.option(
+    "--gait",
+    "gait_source",
+    shell_complete=names.gaits,
+    default=OPTIMUM,
+    show_default=True,
+    help="Gait by name or file.",
+)
 @click.option(
     "--most", type=click.IntRange(1, 5), default=3, show_default=True, help="Failed joints at a time."
 )
 def faults_command(robot_source: str, out: Path | None, as_json: bool, gait_source: str, most: int) -> None:
-    """Every single, pair and triple of free and rigid joints (Table IV's layout)."""
+    """Speed and power with every single, pair and triple of joints free or rigid, beside the healthy robot."""
     from dataclasses import asdict
 
     import pyarrow as pa
@@ -90,7 +105,7 @@ def faults_command(robot_source: str, out: Path | None, as_json: bool, gait_sour
     from snakebot.studies.hyperredundancy import fault_cases
     from snakebot.studies.sweep import write_parquet
 
-    robot, gait = load_robot(robot_source), load_gait(gait_source)
+    robot, gait = load_robot(robot_source), load_gait(gait_source).even()
     with progress_bar("faults", as_json) as progress:
         cases = fault_cases(robot, gait, most, progress)
     folder = out or Path("results") / f"faults_{robot.name}"
@@ -126,13 +141,22 @@ Examples:
 )
 @common
 @click.option(
-    "--gait", "gait_source", default=OPTIMUM, show_default=True, help="Alpha and beta of all gaits."
+    "--gait",
+    "gait_source",
+    shell_complete=names.gaits,
+    default=OPTIMUM,
+    show_default=True,
+    help="Alpha and beta of all gaits.",
 )
 @click.option(
     "--omega", "omegas", type=float, multiple=True, help="rad/s; several [0.5 to 5 in steps of 0.5]."
 )
 @click.option(
-    "--effect", "effects", multiple=True, help="What the servos do besides their lag: NAME:param=value."
+    "--effect",
+    "effects",
+    shell_complete=names.effects,
+    multiple=True,
+    help="What the servos do besides their lag: NAME:param=value.",
 )
 def speed_command(
     robot_source: str,
@@ -142,7 +166,7 @@ def speed_command(
     omegas: tuple[float, ...],
     effects: tuple[str, ...],
 ) -> None:
-    """Speed and tracking error against omega with servos that are not ideal (Table II's layout, Figs. 21-22).
+    """Speed and tracking error against omega with servos that are not ideal.
 
     Beside it stands the speed with the least-squares sines of the joint angles replayed.
     """
@@ -156,7 +180,7 @@ def speed_command(
     from snakebot.studies.speed import speed_study, summary
     from snakebot.studies.sweep import write_parquet
 
-    robot, gait = load_robot(robot_source), load_gait(gait_source)
+    robot, gait = load_robot(robot_source), load_gait(gait_source).even()
     chosen = omegas or tuple(0.5 * step for step in range(1, 11))
     gaits = [replace(gait, omega_rad_s=omega) for omega in chosen]
     with progress_bar("gaits", as_json) as progress:
@@ -181,5 +205,6 @@ def speed_command(
             for row in rows
         ]
         click.echo(table_text(f"{robot.name}: {', '.join(effects) or 'nominal servos'}", head, body))
+        click.echo("TE 1, ...: tracking error of each joint: rms error over the gait's amplitude")
 
     finish(summary(robot, effects, rows), as_json, show, files)

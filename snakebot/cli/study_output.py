@@ -11,6 +11,9 @@ from typing import Any
 
 import click
 
+from snakebot.cli import names
+from snakebot.text_table import screen_columns, set_in_columns
+
 
 def common(function: Callable[..., None]) -> Callable[..., None]:
     """Options that every study has."""
@@ -22,7 +25,12 @@ def common(function: Callable[..., None]) -> Callable[..., None]:
             help="Folder [results/<study>_<robot>].",
         ),
         click.option(
-            "--robot", "robot_source", default="penn_state", show_default=True, help="Robot description."
+            "--robot",
+            "robot_source",
+            shell_complete=names.robots,
+            default="penn_state",
+            show_default=True,
+            help="Robot description.",
         ),
     ):
         function = option(function)
@@ -59,16 +67,16 @@ def finish(summary: dict[str, Any], as_json: bool, show: Callable[[], None], fil
 
 
 def table_text(
-    title: str, head: Sequence[str], body: Sequence[Sequence[str]], left: Sequence[int] = ()
+    title: str,
+    head: Sequence[str],
+    body: Sequence[Sequence[str]],
+    left: Sequence[int] = (),
+    screen: int | None = 0,
 ) -> str:
-    """A table as plain text, columns aligned to the right (``left``: those to the left): readable in a file, too."""
-    rows = [head, *body]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
-    lines = [
-        "  ".join(
-            cell.ljust(width) if column in left else cell.rjust(width)
-            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    ]
+    """A table as plain text, columns aligned to the right (``left``: those to the left): readable in a file, too.
+
+    On a terminal that is too narrow it comes in blocks; ``screen`` is its columns (0: as they are, None: never mind).
+    """
+    right = [column not in left for column in range(len(head))]
+    lines = set_in_columns([head, *body], right, screen=screen_columns() if screen == 0 else screen)
     return "\n".join([title, *lines, ""])

@@ -39,8 +39,9 @@ def pareto_command(robot_source: str, out: Path | None, as_json: bool, refine: i
     files = [folder / "pareto.parquet", *save(pareto_figure(result), folder, "pareto")]
 
     def show() -> None:
-        from rich.console import Console
         from rich.table import Table
+
+        from snakebot.cli.console import StandardOutput
 
         slope, intercept = result.omega_over_speed()
         table = Table(title=f"{robot.name}: fastest gait of the front at each omega")
@@ -54,7 +55,7 @@ def pareto_command(robot_source: str, out: Path | None, as_json: bool, refine: i
                 f"{row['speed_m_s']:.4f}",
                 f"{row['power_in_w']:.4f}",
             )
-        console = Console(highlight=False)
+        console = StandardOutput()
         console.print(table)
         console.print(
             f"omega = {slope:.3f} v {intercept:+.3f}; {len(result.front)} of {len(result.rows)} gaits on the front"

@@ -9,14 +9,17 @@ from __future__ import annotations
 
 from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import Case, Outcome, Verdict, cases, run_case
+from snakebot.conformance.lab import Lab, Plate
 from snakebot.conformance.violations import HostStalledError, NotApplicableError, ViolationError
 
 __all__ = [
     "Bench",
     "Case",
     "HostStalledError",
+    "Lab",
     "NotApplicableError",
     "Outcome",
+    "Plate",
     "Verdict",
     "ViolationError",
     "cases",

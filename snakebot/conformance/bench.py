@@ -11,11 +11,13 @@ from firmware_protocol.assembly import Sample, setpoint_messages
 from firmware_protocol.catalogue import Fault, JointMode, LimitKind, Mode, Result
 from snakebot.clock import Clock
 from snakebot.conformance.exchange import Exchange
+from snakebot.conformance.lab import Lab
 from snakebot.conformance.violations import HostStalledError, ViolationError, expect
 from snakebot.links.base import Link
 
 LIMIT_STEP = 0.002  # one bit of a limit on the wire
-_TIME_MASK = 0xFFFFFFFF
+MOST_LIMIT = ((1 << 17) - 1) * LIMIT_STEP  # what its 17 bits carry
+_TIME_MASK = 0xFFFFFFFF  # the board's clock has 32 bits of us (PROTOCOL.md)
 
 
 def passed_us(later: int, earlier: int) -> int:
@@ -31,6 +33,7 @@ class Bench(Exchange):
         clock: ``VirtualClock`` where the board lives on one.
         send_bytes: puts raw bytes on a serial line; None on CAN.
         reset: switches the board off and on; None where nobody can.
+        lab: what else can be done to the board.
         tolerance_s: by how much this computer and the wire may blur a time.
         nudge_rad: how far a joint is moved at most.
     """
@@ -42,6 +45,7 @@ class Bench(Exchange):
         *,
         send_bytes: Callable[[bytes], None] | None = None,
         reset: Callable[[], None] | None = None,
+        lab: Lab | None = None,
         tolerance_s: float = 0.02,
         nudge_rad: float = 0.05,
         seed: int = 0,
@@ -49,6 +53,7 @@ class Bench(Exchange):
         super().__init__(link, clock)
         self.send_bytes = send_bytes
         self.reset = reset
+        self.lab = lab or Lab()
         self.tolerance_s = tolerance_s
         self.stall_s = max(tolerance_s, 0.015)
         self.nudge_rad = nudge_rad
@@ -76,6 +81,10 @@ class Bench(Exchange):
     @property
     def simulated(self) -> bool:
         return bool(self.info and self.info.simulated)
+
+    def can(self, need: str) -> bool:
+        """Whether this bench has what a case needs: ``send_bytes``, ``reset``, or something of the lab."""
+        return getattr(self if need in ("send_bytes", "reset") else self.lab, need) is not None
 
     def identify(self) -> tuple[msg.InfoProtocol, msg.InfoFirmware, msg.InfoSerial]:
         """The three answers to an InfoRequest."""
@@ -113,8 +122,23 @@ class Bench(Exchange):
             f"{mode.name.lower()} was requested and answered {_shown(answer)}, not ok",
         )
 
-    def stop(self) -> None:
+    def stop(self) -> msg.FaultEvent:
+        """An emergency stop, and the latch that it raises: the last one that comes before a ping's answer."""
+        start = len(self.heard)
         self.send(msg.EmergencyStop())
+        self.ping()
+        events = [m for m in self.heard[start:] if isinstance(m, msg.FaultEvent)]
+        expect(
+            events and events[-1].code is Fault.EMERGENCY_STOP,
+            "an emergency stop is answered by a FaultEvent",
+        )
+        return events[-1]
+
+    def clear(self, number: int | None = None, host: int | None = None) -> msg.Acknowledge:
+        """Ask the board to leave a latch; without a number the one that it reports now."""
+        if number is None:
+            number = self.wait(msg.FaultEvent, 0.5).number
+        return self.ask(msg.ClearRequest(self.token(), number, self.host if host is None else host))
 
     def fresh(self) -> None:
         """Disarmed, nobody's, joints active, limits as built in: how every case begins and ends."""
@@ -130,18 +154,20 @@ class Bench(Exchange):
         self.begin()
 
     def make_safe(self) -> None:
-        """Disarm, by an emergency stop where another host holds the board."""
+        """Disarm, by an emergency stop where another host holds the board; clear what it is stopped by."""
+        if self.lab.fail is not None:
+            self.lab.fail(Fault.NONE, 0, 0)
         answer = self.go(Mode.DISARMED)
         if answer.result is Result.HELD:
             self.stop()
-            answer = self.go(Mode.DISARMED)
+        if answer.result in (Result.HELD, Result.FORBIDDEN):
+            answer = self.clear()
         expect(answer.result is Result.OK, f"the board cannot be disarmed: it answers {_shown(answer)}")
 
     def enter(self, mode: Mode) -> None:
         """Bring a disarmed board into any mode."""
         if mode is Mode.STOPPED:
             self.stop()
-            self.wait(msg.FaultEvent, code=Fault.EMERGENCY_STOP)
         elif mode is not Mode.DISARMED:
             self.must_go(Mode.ARMED)
             if mode is Mode.HOLDING:
@@ -242,11 +268,11 @@ class Bench(Exchange):
         """Send one set-point that must be executed."""
         sample = self.answered(self.tick(angles_rad, interval_s, step))
         if sample is None:
-            self._blame_the_watchdog()
+            self.blame_the_watchdog()
             raise ViolationError(f"a set-point was not executed: {why}")
         return sample
 
-    def _blame_the_watchdog(self) -> None:
+    def blame_the_watchdog(self) -> None:
         """Raise if, by the board's own clock, we let 100 ms pass: what it did then proves nothing."""
         fed = [m for m in self.heard if isinstance(m, msg.State) and m.mode is Mode.ARMED]
         for event in self.heard:
@@ -298,4 +324,4 @@ class Bench(Exchange):
 
 
 def _shown(answer: msg.Acknowledge) -> str:
-    return f"{answer.result.name.lower()} (detail {answer.detail})"
+    return f"{answer.result.name.lower()} (mode {answer.mode.name.lower()}, detail {answer.detail})"

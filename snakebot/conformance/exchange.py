@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from typing import Any, TypeVar
@@ -10,16 +11,16 @@ from firmware_protocol import catalogue as msg
 from firmware_protocol.assembly import Sample, SampleAssembler
 from firmware_protocol.catalogue import Message, decode, encode, frame_id
 from firmware_protocol.frame import Frame, ProtocolError
-from snakebot.clock import Clock
+from snakebot.clock import Clock, VirtualClock
 from snakebot.conformance.violations import ViolationError, expect
 from snakebot.links.base import Link
 
 M = TypeVar("M", bound=Message)
 
 PATIENCE_S = 1.0  # for an answer that must come at once
-_RETRY_S = 0.25
+_RETRY_S = 0.25  # for an answer, before the request is sent again; chosen
 _NAP_S = 0.002  # longest wait in one go: a longer gap between two looks at the clock is our own stall
-_TRAFFIC_KEPT = 30
+_TRAFFIC_KEPT = 30  # frames told with a case that failed; chosen, a screen
 
 
 class Exchange:
@@ -43,7 +44,8 @@ class Exchange:
         self._token = 0
         self._stalled_s = 0.0
         self._looked_s = clock.now_s()
-        self._traffic: deque[str] = deque(maxlen=_TRAFFIC_KEPT)
+        self._traffic: deque[tuple[float, str, Frame]] = deque(maxlen=_TRAFFIC_KEPT)
+        self._longest_nap_s = math.inf if isinstance(clock, VirtualClock) else _NAP_S
 
     def begin(self) -> None:
         """A case begins: what was heard before is forgotten."""
@@ -58,24 +60,17 @@ class Exchange:
             self._assembler = SampleAssembler(joints)
 
     def send_frames(self, frames: Sequence[Frame]) -> None:
-        for frame in frames:
-            self._note(">", frame)
+        now_s = self.clock.now_s()
+        self._traffic.extend((now_s, ">", frame) for frame in frames)
         self.link.send(frames)
         self.sent += len(frames)
 
     def send(self, *messages: Message) -> None:
         self.send_frames([encode(message) for message in messages])
 
-    def _note(self, way: str, frame: Frame) -> None:
-        try:
-            shown: object = decode(frame)
-        except ProtocolError:
-            shown = "no message of the catalogue"
-        self._traffic.append(f"{self.clock.now_s():.4f} {way} {frame}  {shown}")
-
     def traffic(self) -> list[str]:
         """The last frames both ways, decoded."""
-        return list(self._traffic)
+        return [f"{t_s:.4f} {way} {frame}  {_shown(frame)}" for t_s, way, frame in self._traffic]
 
     def stalled_s(self) -> float:
         """The longest time in which this computer did not look, since the case began."""
@@ -84,14 +79,14 @@ class Exchange:
     def _hear(self, until_s: float) -> list[Message]:
         """One look at the link."""
         before_s = self.clock.now_s()
-        nap_s = max(min(until_s - before_s, _NAP_S), 0.0)
+        nap_s = max(min(until_s - before_s, self._longest_nap_s), 0.0)
         frames = self.link.receive(nap_s)
         now_s = self.clock.now_s()
         self._stalled_s = max(self._stalled_s, before_s - self._looked_s, now_s - before_s - nap_s)
         self._looked_s = now_s
         said = []
         for frame in frames:
-            self._note("<", frame)
+            self._traffic.append((now_s, "<", frame))
             try:
                 message = decode(frame)
             except ProtocolError as error:
@@ -136,12 +131,12 @@ class Exchange:
         """A request's acknowledgement, repeated as a host would.
 
         Raises:
-            ViolationError: none came, or one that names another request.
+            ViolationError: none came for this host, or one that names another request.
         """
         for attempt in range(4):
             self.send(request)
             try:
-                answer = self.wait(msg.Acknowledge, _RETRY_S, token=request.token)
+                answer = self.wait(msg.Acknowledge, _RETRY_S, token=request.token, host=request.host)
             except ViolationError:
                 if attempt == 3:
                     raise ViolationError(
@@ -158,3 +153,10 @@ class Exchange:
     def token(self) -> int:
         self._token = (self._token + 1) % 256
         return self._token
+
+
+def _shown(frame: Frame) -> str:
+    try:
+        return str(decode(frame))
+    except ProtocolError:
+        return "no message of the catalogue"

@@ -2,8 +2,25 @@
 
 from __future__ import annotations
 
-from firmware_protocol.catalogue import LimitKind, Mode, Result
-from snakebot.conformance.bench import LIMIT_STEP, Bench
+import math
+
+from firmware_protocol.assembly import ANGLE_STEP_RAD
+from firmware_protocol.catalogue import (
+    ClearRequest,
+    HostHeartbeat,
+    InfoRequest,
+    JointLimits,
+    JointMode,
+    JointModeRequest,
+    LimitKind,
+    LimitRequest,
+    Message,
+    Mode,
+    ModeRequest,
+    Ping,
+    Result,
+)
+from snakebot.conformance.bench import LIMIT_STEP, MOST_LIMIT, Bench
 from snakebot.conformance.case import case
 from snakebot.conformance.violations import expect
 from snakebot.gait.limits import SlewLimiter
@@ -19,7 +36,7 @@ def refuses_limits_beyond_its_own(bench: Bench) -> None:
         for value in (0.0, built_in + LIMIT_STEP):
             answer = bench.set_limit(1, kind, value)
             expect(
-                (answer.result, answer.detail) == (Result.BAD_VALUE, 0),
+                answer.result is Result.BAD_VALUE,
                 f"{kind.name.lower()} limit {value:.3f} (built in: {built_in:.3f}) was answered {answer}",
             )
         for value in (built_in / 2, built_in):
@@ -160,3 +177,144 @@ def bursts_gain_nothing(bench: Bench) -> None:
     moved = max(abs(sample.applied_rad[0] - here[0]) for sample in bench.samples)
     allowed = speed * (0.05 + 0.02 + took_s + 0.02) + 1e-3
     expect(moved <= allowed, f"a burst moved the joint by {moved:.4f} rad; {allowed:.4f} at most")
+
+
+def _reports(bench: Bench, request: Message) -> dict[int, JointLimits]:
+    """What a request is followed by: the limits of every joint."""
+    bench.heard.clear()
+    bench.send(request)
+    bench.ping()
+    reports = [m for m in bench.heard if isinstance(m, JointLimits)]
+    expect(
+        sorted(report.joint for report in reports) == list(range(1, bench.joints + 1)),
+        f"JointLimits must come once for every joint after {type(request).__name__}; they came for "
+        f"{[report.joint for report in reports]}",
+    )
+    return {report.joint: report for report in reports}
+
+
+@case("The limits in force are reported when armed is granted, and granted again, and after an InfoRequest.")
+def reports_its_limits(bench: Bench) -> None:
+    wanted = {
+        LimitKind.ANGLE: bench.built_in(bench.joints, LimitKind.ANGLE),
+        LimitKind.SPEED: bench.built_in(bench.joints, LimitKind.SPEED) * 0.5,
+        LimitKind.ACCELERATION: bench.built_in(bench.joints, LimitKind.ACCELERATION) * 0.25,
+    }
+    for kind, value in wanted.items():
+        expect(bench.set_limit(bench.joints, kind, value).result is Result.OK, "a limit was refused")
+    requests: list[Message] = [
+        InfoRequest(bench.other),
+        ModeRequest(bench.token(), Mode.ARMED, bench.host),
+        ModeRequest(bench.token(), Mode.ARMED, bench.host),
+    ]
+    for request in requests:
+        report = _reports(bench, request)[bench.joints]
+        said = (report.angle_rad, report.speed_rad_s, report.acceleration_rad_s2)
+        for (kind, value), reported in zip(wanted.items(), said, strict=True):
+            expect(
+                abs(reported - value) <= 1.01 * LIMIT_STEP,
+                f"the {kind.name.lower()} limit {value:.3f} is reported as {reported:.3f}",
+            )
+    bench.heard.clear()
+    expect(bench.go(Mode.ARMED, bench.other).result is Result.HELD, "another host armed a held board")
+    bench.ping()
+    expect(
+        not any(isinstance(m, JointLimits) for m in bench.heard), "a refused request is no reason to report"
+    )
+
+
+@case("Changing the mode to and fro gains no time: a joint is no faster than its limits by it.")
+def toggling_gains_nothing(bench: Bench) -> None:
+    speed, rounds, at_once = 0.3, 6, 10
+    for between, pause_s in ((Mode.HOLDING, 0.0), (Mode.HOLDING, 0.001), (Mode.DISARMED, 0.0)):
+        bench.fresh()
+        expect(bench.set_limit(1, LimitKind.SPEED, speed).result is Result.OK, "a speed limit was refused")
+        here = bench.arm()
+        target = [here[0] + (-_BEYOND_RAD if here[0] >= 0 else _BEYOND_RAD), *here[1:]]
+        bench.samples.clear()
+        sent_s = bench.clock.now_s()
+        for _ in range(rounds):
+            for _ in range(at_once):
+                bench.send(ModeRequest(bench.token(), between, bench.host))
+                bench.send(ModeRequest(bench.token(), Mode.ARMED, bench.host))
+                bench.tick(target, 0.02)
+                if pause_s:
+                    bench.listen(pause_s)
+            bench.ping()  # never more under way than a small buffer holds
+        took_s = bench.clock.now_s() - sent_s
+        expect(bench.samples, "none of the set-points was executed: the credit lets the first ones through")
+        moved = max(abs(sample.applied_rad[0] - here[0]) for sample in bench.samples)
+        allowed = speed * (took_s + 0.02 + 0.02) + 1e-3
+        expect(
+            moved <= allowed,
+            f"{rounds * at_once} changes to {between.name.lower()} and back within {took_s:.3f} s moved the joint "
+            f"by {moved:.4f} rad; {allowed:.4f} at most",
+        )
+
+
+@case("Nothing but a granted request for armed and an InfoRequest is followed by JointLimits.")
+def reports_limits_for_nothing_else(bench: Bench) -> None:
+    speed = bench.built_in(1, LimitKind.SPEED)
+    host = bench.host
+
+    def harmless() -> list[Message]:
+        return [
+            Ping(7),
+            HostHeartbeat(host, 1),
+            JointModeRequest(bench.token(), 1, JointMode.ACTIVE, 0.0, host),
+            LimitRequest(bench.token(), 1, LimitKind.SPEED, speed, host),
+            ClearRequest(bench.token(), 0, host),
+            ModeRequest(bench.token(), Mode.ARMED, 0),
+        ]
+
+    for mode in Mode:
+        bench.fresh()
+        bench.enter(mode)
+        requests = harmless()
+        if mode in (Mode.STOPPED, Mode.FAULT):
+            requests.append(ModeRequest(bench.token(), Mode.ARMED, host))
+        if mode in (Mode.ARMED, Mode.HOLDING):
+            requests += [ModeRequest(bench.token(), wanted, host) for wanted in (Mode.HOLDING, Mode.DISARMED)]
+        else:
+            requests.append(ModeRequest(bench.token(), Mode.DISARMED, host))
+        bench.ping()
+        bench.heard.clear()
+        for request in requests:
+            bench.send(request)
+            bench.ping()
+            said = any(isinstance(m, JointLimits) for m in bench.heard)
+            expect(not said, f"{request} while {mode.name.lower()} was followed by JointLimits")
+
+
+@case(
+    "The limits of every joint are those it was built with, to half a step of the wire; so are rigid angles.",
+    needs=("plate",),
+)
+def has_the_limits_on_its_plate(bench: Bench) -> None:
+    plate = bench.lab.plate
+    assert plate is not None
+    reports = _reports(bench, InfoRequest(bench.host))
+    for joint, limits in enumerate(plate.limits, start=1):
+        report = reports[joint]
+        said = (report.angle_rad, report.speed_rad_s, report.acceleration_rad_s2)
+        for kind, written, told in zip(LimitKind, limits, said, strict=True):
+            steps = math.floor(min(written, MOST_LIMIT) / LIMIT_STEP + 0.5)
+            for value in (told, bench.built_in(joint, kind)):
+                expect(
+                    round(value / LIMIT_STEP) == steps,
+                    f"the {kind.name.lower()} limit of joint {joint} is {written:.5f}: it tells {told:.3f} and accepts "
+                    f"up to {bench.built_in(joint, kind):.3f}",
+                )
+        bench.set_limit(joint, LimitKind.ANGLE, bench.built_in(joint, LimitKind.ANGLE))
+        in_force = min(limits[0], bench.built_in(joint, LimitKind.ANGLE))
+        steps = math.floor(in_force / ANGLE_STEP_RAD + 0.5)
+        for further, result in ((0, Result.OK), (1, Result.BAD_VALUE)):
+            for side in (1.0, -1.0):
+                answer = bench.set_joint_mode(
+                    joint, JointMode.RIGID, side * (steps + further) * ANGLE_STEP_RAD
+                )
+                expect(
+                    answer.result is result,
+                    f"angle limit {in_force:.6f} rad: rigid at {steps + further} steps was answered "
+                    f"{answer.result.name.lower()}",
+                )

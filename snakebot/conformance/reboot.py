@@ -7,21 +7,16 @@ import itertools
 from firmware_protocol.catalogue import JointMode, Mode, Result, State
 from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
-from snakebot.conformance.violations import NotApplicableError, expect
+from snakebot.conformance.violations import expect
 
 
 def _press(bench: Bench) -> None:
-    if bench.reset is None:
-        raise NotApplicableError(
-            "nobody here can reset the board: switch it off and on by hand, and look at its boot id"
-        )
+    assert bench.reset is not None
     bench.reset()
 
 
-@case("A reset draws a new boot id, disarms, and makes all joints active.")
+@case("A reset draws a new boot id, disarms, and makes all joints active.", needs=("reset",))
 def forgets_at_a_reset(bench: Bench) -> None:
-    if bench.reset is None:
-        _press(bench)
     before = bench.beat().boot_id
     expect(bench.set_joint_mode(1, JointMode.RIGID_HERE).result is Result.OK, "rigid_here was refused")
     here = bench.arm()
@@ -41,7 +36,7 @@ def forgets_at_a_reset(bench: Bench) -> None:
     expect(abs(last.applied_rad[0] - there[0]) < 2e-4, "a joint was still rigid after a reset")
 
 
-@case("Boot ids differ from one reset to the next; counters start again.")
+@case("Boot ids differ from one reset to the next; counters start again.", needs=("reset",))
 def starts_again_at_a_reset(bench: Bench) -> None:
     seen = []
     for _ in range(4):
@@ -59,3 +54,42 @@ def starts_again_at_a_reset(bench: Bench) -> None:
     )
     numbers = [m.sample for m in bench.heard if isinstance(m, State)][-1:]
     expect(all(number < 200 for number in numbers), f"sample numbers after a reset: {numbers}")
+
+
+@case(
+    "A boot id is never 0 and never the one before, whatever is drawn.",
+    needs=("reset", "draw"),
+)
+def draws_another_boot_id(bench: Bench) -> None:
+    draw = bench.lab.draw
+    assert draw is not None
+
+    def boot(drawn: int) -> int:
+        draw([drawn])
+        _press(bench)
+        return bench.identify()[1].boot_id
+
+    for wanted in (1, 2, 3, 0xFFFF):
+        now = boot(wanted)
+        if now != wanted:  # it was that one already
+            now = boot(wanted)
+        expect(now == wanted, f"{wanted} was drawn, the boot id is {now}")
+        for drawn in (wanted, 0, 0x10000, wanted):
+            before, now = now, boot(drawn)
+            expect(
+                now not in (0, before),
+                f"{drawn} was drawn at a reset of a board with boot id {before}: it is {now} now",
+            )
+            expect(bench.beat().boot_id == now, "the heartbeat after a reset has another boot id")
+
+
+@case(
+    "There are 20 ms of credit at a reset: the first set-point is executed, however soon it comes.",
+    needs=("reset",),
+)
+def has_credit_at_a_reset(bench: Bench) -> None:
+    _press(bench)
+    bench.identify()
+    bench.begin()
+    here = bench.arm()
+    bench.executed(here, "the first one, just after a reset", 0.01)

@@ -8,10 +8,15 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from firmware_protocol.catalogue import JointMode
 from snakebot.errors import BadInputError
+
+if TYPE_CHECKING:
+    from snakebot.robot import Robot
 
 _GRAMMAR = re.compile(
     r"(?P<kind>free|rigid|clear)"
@@ -29,6 +34,37 @@ class JointFault:
     joints: tuple[int, ...]
     mode: JointMode
     angle_rad: float = 0.0
+
+    def __str__(self) -> str:
+        """In the grammar of ``--fault``."""
+        kind = {JointMode.FREE: "free", JointMode.ACTIVE: "clear"}.get(self.mode, "rigid")
+        angle = (
+            f"={math.degrees(self.angle_rad):g}" if self.mode is JointMode.RIGID and self.angle_rad else ""
+        )
+        if self.mode is JointMode.RIGID and not self.angle_rad and self.at_s > 0:
+            angle = "=0"  # without an angle it would be held where it is
+        at = f"@{self.at_s:g}s" if self.at_s > 0 else ""
+        return f"{kind}:{'+'.join(map(str, self.joints))}{angle}{at}"
+
+
+def check_faults(faults: Sequence[JointFault], robot: Robot) -> None:
+    """What every joint fault has to keep, wherever it was asked for.
+
+    Raises:
+        BadInputError: there is no such joint, or one is to be held beyond its limit; a board refuses that.
+    """
+    for fault in faults:
+        for joint in fault.joints:
+            if not 1 <= joint <= robot.joints:
+                raise BadInputError(
+                    f"--fault {fault}: there is no joint {joint}; robot {robot.name!r} has joints 1 to {robot.joints}"
+                )
+            limit = robot.angle_limit_rad[joint - 1]
+            if fault.mode is JointMode.RIGID and abs(fault.angle_rad) > limit:
+                raise BadInputError(
+                    f"--fault rigid:{joint}={math.degrees(fault.angle_rad):g}: robot {robot.name!r} allows "
+                    f"{math.degrees(limit):.4g} deg"
+                )
 
 
 def parse_fault(text: str, joints: int) -> JointFault:

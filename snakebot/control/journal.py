@@ -1,4 +1,4 @@
-"""What a run writes down: ticks, poses, events, telemetry and link statistics, timed from the first tick."""
+"""What a run writes down: ticks, poses, steering, events, telemetry, link statistics; timed from the first tick."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Protocol
 
 from firmware_protocol.frame import Frame
-from snakebot.board import Board, Pose
+from snakebot.board import Board, PoseReading
 from snakebot.clock import Clock
 from snakebot.control.progress import Progress
 from snakebot.errors import SnakebotError
@@ -20,10 +20,11 @@ class Recorder(Protocol):
     """What a run is recorded with; ``snakebot.runlog.RunWriter`` is one."""
 
     def tick(self, tick: records.Tick) -> None: ...
-    def pose(self, pose: records.Pose) -> None: ...
+    def pose(self, pose: records.PoseRecord) -> None: ...
     def event(self, event: records.Event) -> None: ...
-    def link_statistics(self, statistics: records.LinkStatistics) -> None: ...
+    def link_statistics(self, statistics: records.LinkRecord) -> None: ...
     def telemetry(self, telemetry: records.Telemetry) -> None: ...
+    def steering(self, steering: records.SteeringRecord) -> None: ...
     def frame(self, frame: records.RawFrame) -> None: ...
 
 
@@ -51,11 +52,15 @@ class Journal:
         if self._recorder is not None:
             self._recorder.tick(tick)
 
-    def pose(self, pose: Pose) -> None:
+    def pose(self, pose: PoseReading) -> None:
         if self._recorder is not None:
             self._recorder.pose(
-                records.Pose(self.since_s, pose.x_m, pose.y_m, pose.heading_rad, pose.speed_m_s)
+                records.PoseRecord(self.since_s, pose.x_m, pose.y_m, pose.heading_rad, pose.speed_m_s)
             )
+
+    def steering(self, steering: records.SteeringRecord) -> None:
+        if self._recorder is not None:
+            self._recorder.steering(steering)
 
     def telemetry(self, values: Mapping[str, float]) -> None:
         if self._recorder is not None:
@@ -79,7 +84,7 @@ class Journal:
         now = self._clock.now_s()
         if self._recorder is not None and now >= self._statistics_due_s:
             self._statistics_due_s = now + STATISTICS_S
-            self._recorder.link_statistics(records.LinkStatistics(self.since_s, self._counters()))
+            self._recorder.link_statistics(records.LinkRecord(self.since_s, self._counters()))
 
     def frame(self, direction: str, at_s: float, frame: Frame) -> None:
         """Record one frame of the wire; the board client calls this."""
@@ -101,6 +106,7 @@ class Journal:
             "late": progress.late,
             "skipped": progress.skipped,
             "lost": progress.lost,
+            **self._board.link.counters(),
         }
         if progress.counters is not None:
             counters["board_corrupt"] = progress.counters.corrupt

@@ -9,8 +9,8 @@ from snakebot.board import Board, Reading, Received
 from snakebot.clock import Clock
 from snakebot.errors import BoardFaultError, LostBoardError
 
-FRESH_READING_S = 5.0  # longest wait
-_POLL_S = 0.05
+FRESH_READING_S = 10.0  # longest wait: on a bad line few samples of many joints are whole
+_POLL_S = 0.05  # for one message; chosen
 
 
 def read_posture(

@@ -1,6 +1,12 @@
 """Diagnosis of the gap between robot and simulation: where, which effect, how far it shrinks. See docs/diagnosis.md.
 
-Names load on first use.
+``engine.diagnose`` leads a session through the rooms, one after the other; each hands on a frozen record::
+
+    Session -> evidence -> fit -> search -> verdict -> proposal -> Diagnosis -> show
+
+A room imports only rooms before it. ``options`` is what a user may ask for, ``result`` the schema of the answer. A
+constant at the head of a file was chosen, on sessions set aside for tuning, unless its comment says how it was
+measured. Names load on first use.
 """
 
 from __future__ import annotations

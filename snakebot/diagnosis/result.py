@@ -1,4 +1,4 @@
-"""What a diagnosis says: the types behind schema ``snakebot.diagnosis/1``.
+"""What a diagnosis says: the types behind schema ``snakebot.diagnosis/2``, which adds to ``snakebot.diagnosis/1``.
 
 Beside the keys of the contract a few more stand in the file (``motion`` of a proposed experiment, ``details`` of the
 gap by joint and regime); readers may ignore them.
@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-SCHEMA = "snakebot.diagnosis/1"
+SCHEMA, FIRST_SCHEMA = "snakebot.diagnosis/2", "snakebot.diagnosis/1"
 
-Verdict = Literal["explained", "no_gap", "unexplained"]
+Verdict = Literal["explained", "partly", "no_gap", "unexplained"]
 Stage = Literal["link", "servo", "sensor", "body", "none"]
 Share = Annotated[float, Field(ge=0, le=1)]
 Interval = tuple[float, float]
@@ -38,27 +38,47 @@ class StageShares(_Part):
 
 
 class Where(_Part):
-    """Where the gap lies."""
+    """Where the gap lies.
+
+    Attributes:
+        stage: the one that brings in most of it.
+        stages: of all causes and of those that tie with them; ``stage`` alone where no cause is named.
+        stages_in_words: "servo or sensor" where it is one of them, "servo and sensor" where it is both.
+    """
 
     stage: Stage
     stage_shares: StageShares
     joints: PerJoint
     joint_shares: tuple[Share, ...]
     regime: str
+    stages: tuple[Stage, ...] = ()
+    stages_in_words: str = ""
+
+
+class JointEstimate(_Part):
+    """A parameter of one joint, where each has its own."""
+
+    joint: int  # 1-based
+    estimate: float
+    ci95: Interval | None
 
 
 class Estimate(_Part):
-    """A parameter with its 95 % interval. ``fixed`` when the user gave it."""
+    """A parameter with its 95 % interval. ``fixed`` when the user gave it.
+
+    Where each joint has its own, ``estimate`` is their mean, and ``by_joint`` has the values.
+    """
 
     estimate: float
     ci95: Interval | None
     unit: str = ""
     fixed: bool = False
     reason: str | None = None  # why there is no interval
+    by_joint: tuple[JointEstimate, ...] = ()
 
 
 class Cause(_Part):
-    """One effect that earns its place on data it was not fitted on.
+    """One effect that improves the prediction of data it was not fitted on.
 
     ``probability`` is that of the whole group: the effect named, or one of ``indistinguishable_from``.
     """
@@ -74,8 +94,43 @@ class Cause(_Part):
     evidence: dict[str, float] = {}  # what the probability was made of, see ``probability``
 
 
+class StatedNumber(_Part):
+    """What the recordings say of a number that the robot's description states, with its tolerance (one standard
+    deviation); ``joints`` is empty where it is of the whole robot.
+    """
+
+    number: str
+    joints: PerJoint
+    stated: float
+    tolerance: float
+    estimate: float
+    ci95: Interval
+
+
+class BudgetEntry(_Part):
+    """What one cause carries of the gap ``of`` joint angles or motion over ground, by Shapley's value; with the rest
+    all entries ``of`` one add up to one. null where a joint or a run has no gap.
+
+    Attributes:
+        cause: its place in ``causes``, from 0; null is the rest, which no cause accounts for.
+    """
+
+    cause: int | None
+    of: Literal["joint_angle", "ground"]
+    share: float
+    ci95: Interval | None
+    by_joint: tuple[float | None, ...] = ()
+    by_run: dict[str, float | None] = {}
+
+
 class RankingEntry(_Part):
-    """One explanation that was tried. ``delta`` is its held-out score below the best one's, with standard error."""
+    """One explanation that was tried. ``delta`` is its held-out score below the best one's, with standard error.
+
+    Attributes:
+        parameters: that were fitted.
+        rms_after: rad, of the joint angles on the runs of ``closure``.
+        worse_in: of those the runs in which it clearly does worse than the best one.
+    """
 
     effects: tuple[str, ...]
     joints: PerJoint
@@ -83,6 +138,9 @@ class RankingEntry(_Part):
     delta: float
     delta_se: float
     probability: Share
+    parameters: int | None = None
+    rms_after: float | None = None
+    worse_in: tuple[str, ...] = ()
 
 
 class AngleClosure(_Part):
@@ -97,6 +155,15 @@ class AngleClosure(_Part):
     closed: float | None
     ci95: Interval | None = None
     reason: str | None = None  # why `closed` is null, or `floor` is
+
+
+class JointClosure(_Part):
+    """Before and after of one joint, on the same runs as ``AngleClosure``. rad. A joint that was not read has none."""
+
+    joint: int  # 1-based
+    rms_before: float
+    rms_after: float
+    rms_floor: float | None
 
 
 class SpeedClosure(_Part):
@@ -124,6 +191,7 @@ class Closure(_Part):
     held_out_runs: tuple[str, ...]
     joint_angle: AngleClosure
     forward_speed: SpeedClosure | None
+    by_joint: tuple[JointClosure, ...] = ()
     steps: tuple[ClosureStep, ...] = ()
 
 
@@ -171,7 +239,9 @@ class Regime(_Part):
 
 
 class Trace(_Part):
-    """A run, held out where any is, for pictures: at most a few hundred samples of the worst joint."""
+    """A run, held out where any is, for pictures: at most a few hundred samples of the joint where ``cause`` (its place
+    in ``causes``) shows best, or else of the worst joint.
+    """
 
     run: str
     joint: int
@@ -180,6 +250,7 @@ class Trace(_Part):
     measured_rad: tuple[float | None, ...]
     before_rad: tuple[float | None, ...]
     after_rad: tuple[float | None, ...]
+    cause: int | None = None
 
 
 class FitEntry(_Part):
@@ -204,12 +275,13 @@ class Details(_Part):
     seed: int = 0
     timing_s: dict[str, float] = {}
     fits: tuple[FitEntry, ...] = ()
+    slow_log: bool = False  # set-points between rows are guessed, and no cause is sure
 
 
 class Diagnosis(_Part):
     """The verdict on a session."""
 
-    schema_: Literal["snakebot.diagnosis/1"] = Field(default="snakebot.diagnosis/1", alias="schema")
+    schema_: Literal["snakebot.diagnosis/2"] = Field(default="snakebot.diagnosis/2", alias="schema")
     verdict: Verdict
     where: Where
     causes: tuple[Cause, ...]
@@ -218,18 +290,46 @@ class Diagnosis(_Part):
     unexplained: Unexplained
     next_experiment: NextExperiment | None
     warnings: tuple[str, ...] = ()
+    nominal: tuple[StatedNumber, ...] = ()
+    budget: tuple[BudgetEntry, ...] = ()
+    budget_rest: tuple[BudgetEntry, ...] = ()
+    sentence: str = ""
+    advice: str = ""
     details: Details | None = None
 
-    def to_mapping(self) -> dict[str, Any]:
-        """Plain types in the contract's order, ready for JSON. Timing is left out: same input, same file."""
+    def shares_of(self, of: str) -> tuple[BudgetEntry, ...]:
+        """Of the gap of "joint_angle" or "ground": what each cause carries, then the rest."""
+        return tuple(entry for entry in (*self.budget, *self.budget_rest) if entry.of == of)
+
+    def to_mapping(self, *, first: bool = False) -> dict[str, Any]:
+        """Plain types in the contract's order, ready for JSON. Timing is left out: same input, same file.
+
+        Args:
+            first: by schema 1: without ``partly`` (it says ``unexplained``) and all that schema 2 adds.
+        """
         data: dict[str, Any] = self.model_dump(mode="json", by_alias=True)
         if data.get("details"):
             data["details"].pop("timing_s", None)
+        if first:
+            data["schema"] = FIRST_SCHEMA
+            data["verdict"] = "unexplained" if self.verdict == "partly" else self.verdict
+            for name in ("nominal", "budget", "budget_rest", "sentence", "advice"):
+                del data[name]
+            del data["closure"]["by_joint"], data["where"]["stages"], data["where"]["stages_in_words"]
+            for entry in data["ranking"]:
+                del entry["parameters"], entry["rms_after"], entry["worse_in"]
+            if data.get("details"):
+                del data["details"]["slow_log"]
+                for trace in data["details"]["traces"]:
+                    del trace["cause"]
+            for cause in data["causes"]:
+                for estimate in cause["parameters"].values():
+                    del estimate["by_joint"]
         return data
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema of ``to_mapping()``; published as ``diagnosis-1.schema.json`` beside this file."""
+    """The JSON Schema of ``to_mapping()``; published as ``diagnosis-2.schema.json`` beside this file."""
     schema = Diagnosis.model_json_schema(by_alias=True, mode="serialization")
     schema["$id"] = SCHEMA
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 from snakebot.lazy import names_from
 
 if TYPE_CHECKING:
-    from snakebot.effects.effect import Effect, LinkFilter, SensorFilter, Stage, Track
+    from snakebot.effects.effect import Effect, LinkFilter, SensorFilter, ServoFilter, Stage, Track
     from snakebot.effects.observed import Observed
     from snakebot.effects.parameter import Parameter
     from snakebot.effects.plant import Plant, Pose
-    from snakebot.effects.prediction import Prediction, predict
+    from snakebot.effects.prediction import PredictedRun, predict
     from snakebot.effects.registry import effects, find_effect
     from snakebot.effects.spec import EffectSpec, load_effect_set, parse_effect, parse_effects, robot_effects
     from snakebot.effects.stages import Stages, assemble, with_unit_arm
@@ -28,8 +28,9 @@ _HOME = {
     "Parameter": "parameter",
     "Plant": "plant",
     "Pose": "plant",
-    "Prediction": "prediction",
+    "PredictedRun": "prediction",
     "SensorFilter": "effect",
+    "ServoFilter": "effect",
     "Stage": "effect",
     "Stages": "stages",
     "Track": "effect",
@@ -52,8 +53,9 @@ __all__ = [
     "Parameter",
     "Plant",
     "Pose",
-    "Prediction",
+    "PredictedRun",
     "SensorFilter",
+    "ServoFilter",
     "Stage",
     "Stages",
     "Track",

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Literal, Protocol
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from snakebot.effects.parameter import Parameter
 from snakebot.errors import BadInputError
+from snakebot.nearest import did_you_mean
 
 if TYPE_CHECKING:
     from snakebot.effects.ground import Ground
@@ -21,6 +23,16 @@ Vector = npt.NDArray[np.float64]
 Stage = Literal["link", "servo", "sensor", "body"]
 STAGES: tuple[Stage, ...] = ("link", "servo", "sensor", "body")
 Start = dict[str, float | tuple[float, ...]]
+Trace = Literal["mean", "scatter"]
+
+TIME_GRAIN_S = 1e-9  # two times nearer than this are one: the grain of the clocks in logs
+
+
+class Setting(NamedTuple):
+    """An effect as the data show it directly: 1-based joints, and the values of its parameters."""
+
+    joints: tuple[int, ...]
+    values: Start
 
 
 @dataclass(frozen=True)
@@ -31,11 +43,29 @@ class Track:
         time_s: (M,) not falling.
         setpoint_rad: (M, joints); NaN: servo off.
         variance_rad2: (M, joints), of a set-point that chance decides on (loss): ``setpoint_rad`` is then the mean.
+        late_s: (joints,) how much later than ``time_s`` each joint gets it; None: all at once.
     """
 
     time_s: Vector
     setpoint_rad: Vector
     variance_rad2: Vector | None = None
+    late_s: Vector | None = None
+
+    def of_one_clock(self) -> Track:
+        """The same with a row for every time at which some joint gets a set-point, so that no joint is late."""
+        if self.late_s is None:
+            return self
+        times = np.unique((self.time_s[:, None] + self.late_s).ravel())
+        rows = np.stack([self.rows_at(times, j) for j in range(self.late_s.size)], axis=1)
+        columns = np.arange(self.late_s.size)
+        variance = None if self.variance_rad2 is None else self.variance_rad2[rows, columns]
+        return Track(times, self.setpoint_rad[rows, columns], variance)
+
+    def rows_at(self, t_s: Vector, joint: int) -> npt.NDArray[np.int64]:
+        """(T,) number of the set-point that is in force for a joint (0-based) from each time on."""
+        late = 0.0 if self.late_s is None else self.late_s[joint]
+        rows = np.searchsorted(self.time_s + late, t_s + TIME_GRAIN_S, side="right") - 1
+        return np.asarray(np.maximum(rows, 0))
 
 
 class LinkFilter(Protocol):
@@ -48,6 +78,20 @@ class LinkFilter(Protocol):
 
     def batch(self, track: Track) -> Track:
         """The same for a whole run, in the mean over what chance decides."""
+
+
+class ServoFilter(Protocol):
+    """A state that a servo has beside those of the compiled kernel: what drives it lags, sticks or drifts.
+
+    It stands between the set-points in force and the kernel. One object serves one board or one run.
+    """
+
+    def follow(self, t_s: Vector, setpoint_rad: Vector) -> Vector:
+        """What drives the servos (N, joints) at times (N,) of set-points (N, joints) in force; NaN: servo off.
+
+        Times are whole steps of ``stages.FILTER_STEP_S``, and go on where the call before ended: a board asks for some
+        at a time, a whole run for all at once. At the first row of the first call the robot has been at rest for long.
+        """
 
 
 class SensorFilter(Protocol):
@@ -71,28 +115,50 @@ class Effect:
         example: after ``--effect``, clearly visible on the six-link robot.
         stage: where in the signal it sits.
         summary: one sentence: what is different from the nominal robot.
+        title: what it is called in a lab: "play in the gear".
+        sentence: what is said of a robot that has it, see ``telling``.
+        look: what to look at on the robot, for somebody with a screwdriver.
         mark: what it leaves in the data, so that a user can recognise it.
         confused_with: effects that leave nearly the same mark, and what tells each apart.
         parameters: in the order in which they are written.
         per_joint: whether it may hold for some joints only.
         covers: of the nominal robot's "delay" and "friction", what it sets itself, so that a fit needs no tolerance.
+        shows_in: where a fit can see it: in the mean of the readings, in how they scatter, or in both.
+        everyday: every real joint has a little of it, so that it may be one of many small causes at once.
+        is_read_off: nothing is fitted; ``read_off`` says what the data show.
+        breaks_joint: the joint follows no set-point any more: on every joint at once it leaves nothing to look at.
     """
 
     name: ClassVar[str]
     example: ClassVar[str]
     stage: ClassVar[Stage]
     summary: ClassVar[str]
+    title: ClassVar[str] = ""
+    sentence: ClassVar[str] = ""
+    look: ClassVar[str] = ""
     mark: ClassVar[str]
     confused_with: ClassVar[tuple[tuple[str, str], ...]] = ()
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     per_joint: ClassVar[bool] = True
     covers: ClassVar[frozenset[str]] = frozenset()
+    shows_in: ClassVar[frozenset[Trace]] = frozenset({"mean"})
+    everyday: ClassVar[bool] = False
+    is_read_off: ClassVar[bool] = False
+    breaks_joint: ClassVar[bool] = False
 
     def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         """Write into the servo's rows (joints, PARAMETERS) of ``physics.servo_layout``, for the 0-based ``joints``."""
 
     def link_filter(self, spec: EffectSpec, robot: Robot) -> LinkFilter | None:
         """A filter on set-points, for one run."""
+        return None
+
+    def late_s(self, spec: EffectSpec) -> float:
+        """How much later than the others the joints that it holds for get their set-points."""
+        return 0.0
+
+    def servo_filter(self, spec: EffectSpec, robot: Robot) -> ServoFilter | None:
+        """A state of its own in front of the servo's kernel, for one run."""
         return None
 
     def sensor_filter(self, spec: EffectSpec, robot: Robot) -> SensorFilter | None:
@@ -113,6 +179,52 @@ class Effect:
         """
         return [{p.name: p.clip(p.typical) for p in self.parameters if p.fitted}]
 
+    def variants(self, start: Start) -> list[Start]:
+        """Parameters that a fit holds while it fits the others: each a way in which the effect may be there.
+
+        By default the whole numbers of a start (which link), as they stand there. For effects of the body.
+        """
+        whole = {p.name for p in self.parameters if p.integer}
+        return [{name: value for name, value in start.items() if name in whole}]
+
+    def held(self, observed: Observed) -> Start:
+        """Parameters that a fit leaves at these values: no fit could tell of them, or the data show them directly."""
+        return {}
+
+    def lacks(self, robot: Robot) -> str | None:
+        """What the robot's description lacks for the values of this effect to be in their units, for a warning."""
+        return None
+
+    def read_off(self, observed: Observed) -> Setting | None:
+        """The effect as the data show it without a fit; None where they show none. Only asked if ``is_read_off``."""
+        return None
+
+    def can_explain(self, observed: Observed) -> bool:
+        """Whether a diagnosis of these data should try it, where the robot can show it at all."""
+        return True
+
+    def plainer(self, values: Sequence[float], load_nm: float) -> str | None:
+        """The name of a plainer effect that this one, with fitted ``values``, is just another word for; or None.
+
+        Args:
+            values: of the fitted parameters, in their order.
+            load_nm: root mean square of the torque on the servos; 0 where it is not known.
+        """
+        return None
+
+    def said(self, values: Mapping[str, float | tuple[float, ...]]) -> str:
+        """``sentence`` as it suits these values of the parameters, see ``telling``."""
+        return self.sentence
+
+    def shown_on(self, values: Mapping[str, float | tuple[float, ...]]) -> tuple[int, ...]:
+        """Links of the body (1-based, from the tail) that it sits on, to be marked in a drawing."""
+        link = values.get("link") if self.stage == "body" else None
+        return () if link is None or isinstance(link, tuple) else (round(link),)
+
+    def clock_ppm(self, spec: EffectSpec) -> float:
+        """By how much the board's own clock is off under it."""
+        return 0.0
+
     def check(self, spec: EffectSpec, robot: Robot) -> None:
         """Raise BadInputError where the values do not fit this robot."""
         if self.stage == "body" and robot.body is None:
@@ -130,7 +242,11 @@ class Effect:
         for parameter in self.parameters:
             if parameter.name == name:
                 return parameter
-        raise BadInputError(f"effect {self.name}: has no parameter {name!r}; {self.usage}")
+        names = [p.name for p in self.parameters] + ["joints"] * self.per_joint
+        hint = did_you_mean(name, names)
+        raise BadInputError(
+            f"effect {self.name}: has no parameter {name!r}{hint + ' ' if hint else '; '}{self.usage}"
+        )
 
     @property
     def usage(self) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from snakebot.effects.effect import STAGES
 from snakebot.effects.registry import LIBRARY, find_effect
+from snakebot.effects.telling import title
 
 if TYPE_CHECKING:
     from snakebot.effects.effect import Effect
@@ -23,11 +24,14 @@ MADE = "<!-- Made by: python -m snakebot.effects.page docs/effects -->\n"
 
 def effect_page(effect: Effect) -> str:
     """Markdown page of one effect."""
-    lines = [MADE, f"# {effect.name}", "", effect.summary, "", f"Stage: {effect.stage}."]
+    lines = [MADE, f"# {effect.name}: {title(effect)}", "", effect.summary, "", f"Stage: {effect.stage}."]
     lines[-1] += (
         " It may hold for all joints or for some." if effect.per_joint else " It holds for the whole robot."
     )
-    lines += ["", "## Its mark", "", effect.mark, "", "## Parameters", ""]
+    lines += ["", "## Its mark", "", effect.mark]
+    if effect.look:
+        lines += ["", "## What to look at on the robot", "", effect.look]
+    lines += ["", "## Parameters", ""]
     if effect.parameters:
         lines += [
             "| name | unit | bounds | default | fitted | prior | meaning |",

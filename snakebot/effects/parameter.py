@@ -28,6 +28,9 @@ class Parameter:
         fitted: False for what a fit leaves at its default.
         integer: a count or an index.
         many: one value a joint, written ``2+1+3``; a single one holds for all.
+        neutral: value from which the size of the effect is counted, where it does nothing or nearly so.
+        words: what it is called in a lab, for tables and sentences.
+        shown: unit in which a lab says it, and how many of those are in one of ``unit``; None: ``unit`` itself.
     """
 
     name: str
@@ -42,6 +45,9 @@ class Parameter:
     fitted: bool = True
     integer: bool = False
     many: bool = False
+    neutral: float = 0.0
+    words: str = ""
+    shown: tuple[str, float] | None = None
 
     def contains(self, value: float) -> bool:
         return self.lower <= value <= self.upper and (not self.integer or float(value).is_integer())
@@ -82,10 +88,22 @@ class Parameter:
         return self.typical
 
     @property
+    def called(self) -> str:
+        """Its name in words."""
+        return self.words or self.name.replace("_", " ")
+
+    @property
+    def shown_unit(self) -> str:
+        return self.unit if self.shown is None else self.shown[0]
+
+    def in_shown_unit(self, value: float) -> float:
+        return value if self.shown is None else value * self.shown[1]
+
+    @property
     def bounds_text(self) -> str:
         return f"{self.lower:g} to {self.upper:g}" + (f" {self.unit}" if self.unit else "")
 
 
-def switch(name: str, doc: str) -> Parameter:
+def switch(name: str, doc: str, words: str = "") -> Parameter:
     """A parameter that is on (1) or off (0), off unless told otherwise: a kind of the effect, tried and not fitted."""
-    return Parameter(name, "", 0.0, 1.0, doc, typical=0.0, spread=1.0, default=0.0, integer=True)
+    return Parameter(name, "", 0.0, 1.0, doc, typical=0.0, spread=1.0, default=0.0, integer=True, words=words)

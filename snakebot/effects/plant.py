@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from snakebot.effects.stages import assemble
+from snakebot.effects.stages import FILTER_STEP_S, assemble
 from snakebot.errors import BadInputError
 from snakebot.physics import servo_layout as layout
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 Vector = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
 JointMode = Literal["active", "free", "rigid"]
 
 
@@ -44,6 +45,7 @@ class Plant:
         seed: of all that is random.
         dt_s: step of the chain.
         initial_rad: set-point that the robot has stood at, one or (joints,).
+        pose: x, y (m) of the centre of mass and mean link angle (rad) at the start.
 
     Raises:
         BadInputError: an effect that does not fit the robot.
@@ -57,6 +59,7 @@ class Plant:
         dt_s: float = 1e-3,
         *,
         initial_rad: npt.ArrayLike = 0.0,
+        pose: npt.ArrayLike = (0.0, 0.0, 0.0),
         t_s: float = 0.0,
     ) -> None:
         from snakebot.physics.servo_chain import DrivenChain
@@ -75,12 +78,17 @@ class Plant:
             rows,
             layout.rest_angle_rad(rows, self._applied),
             model=model,
+            pose=pose,
             t_s=t_s,
             grid_s=dt_s,
             fine=layout.needs_fine_steps(rows),
         )
         self._rows = self._chain.params  # modes are written into it
-        self._coming: deque[tuple[float, Vector]] = deque()
+        late = self.stages.late_s
+        self._late = [(float(by_s), late == by_s) for by_s in np.unique(late)]  # joints that are late alike
+        self._servos = self.stages.servo_filters()
+        self._step = math.ceil(t_s / FILTER_STEP_S) - 1  # the last one that the servo filters have seen
+        self._coming: deque[tuple[float, Vector, Flags]] = deque()
         self._free = np.zeros(robot.joints, dtype=bool)
         self._hold = np.full(robot.joints, np.nan)
         self._first_command_s: float | None = None
@@ -105,10 +113,15 @@ class Plant:
             if passed is None:
                 return
             in_force, setpoint = max(passed[0], t_s), passed[1]
-        later: list[tuple[float, Vector]] = []
-        while self._coming and self._coming[-1][0] > in_force:
+        for late_s, joints in self._late:
+            self._queue(in_force + late_s, setpoint, joints)
+
+    def _queue(self, in_force_s: float, setpoint_rad: Vector, joints: Flags) -> None:
+        """What some joints will get, in the order of time; what came first goes first."""
+        later: list[tuple[float, Vector, Flags]] = []
+        while self._coming and self._coming[-1][0] > in_force_s:
             later.append(self._coming.pop())
-        self._coming.append((in_force, setpoint))
+        self._coming.append((in_force_s, setpoint_rad, joints))
         self._coming.extend(reversed(later))
 
     def set_joint_mode(self, joint: int | None, mode: JointMode, hold_rad: float | None = None) -> None:
@@ -135,18 +148,49 @@ class Plant:
                 self._applied[j] = stay[j]
         self._chain.setpoint[:] = self._driven(self._applied)
 
+    def set_torque_limit(self, joint: int, limit_nm: float) -> None:
+        """Let a joint (1-based) exert at most so much, from now on; never more than its effect ``torque_limit`` says.
+
+        A joint without that effect has no limit, and keeps none: its steps are too coarse for one.
+        """
+        most = self.stages.servo_rows[joint - 1, layout.TORQUE_LIMIT_NM]
+        if math.isfinite(most):
+            self._rows[joint - 1, layout.TORQUE_LIMIT_NM] = min(limit_nm, most)
+
     def advance(self, t_s: float) -> None:
         """Integrate up to ``t_s``; a time that has passed already changes nothing."""
-        due: list[tuple[float, Vector]] = []
-        while self._coming and self._coming[0][0] <= t_s:
-            due.append(self._coming.popleft())
-        times = np.array([time for time, _ in due])
-        table = np.array([self._driven(setpoint) for _, setpoint in due]).reshape(len(due), self.robot.joints)
         since = self._first_command_s if self._first_command_s is not None else t_s
-        out = self._chain.run(np.array([t_s]), times, table, since_s=since)
-        if due:
-            self._applied[:] = due[-1][1]
+        times: list[float] = []
+        table = [self._driven(self._applied)] if self._servos else []
+        while self._coming and self._coming[0][0] <= t_s:
+            time_s, setpoint, joints = self._coming.popleft()
+            self._applied[joints] = setpoint[joints]
+            times.append(time_s)
+            table.append(self._driven(self._applied))
+        if self._servos:
+            out = self._chain.go_to(
+                t_s, *self._followed(t_s, np.array(times), np.vstack(table)), since_s=since
+            )
+        elif times:
+            out = self._chain.go_to(t_s, np.array(times), np.array(table), since_s=since)
+        else:
+            out = self._chain.go_to(t_s, since_s=since)
         self._torque_nm, self._power_w = out.torque[0], out.power[0]
+
+    def _followed(self, t_s: float, times: Vector, table: Vector) -> tuple[Vector, Vector]:
+        """Steps of the servo filters before ``t_s`` and what drives the servos; at ``t_s`` a set-point may still come.
+
+        ``table``: the set-points before the first of ``times`` (N,), and those from each of them on: (N + 1, joints).
+        """
+        last = math.ceil(t_s / FILTER_STEP_S - 1e-9) - 1
+        steps: Vector = FILTER_STEP_S * np.arange(self._step + 1, last + 1, dtype=np.float64)
+        self._step = max(self._step, last)
+        if not steps.size:
+            return steps, table[:0]
+        driven = table[np.searchsorted(times, steps + 1e-9, side="right")]
+        for servo_filter in self._servos:
+            driven = servo_filter.follow(steps, driven)
+        return steps, driven
 
     def _driven(self, setpoint: Vector) -> Vector:
         """What the servos are given for a set-point, joint modes obeyed."""
@@ -166,23 +210,26 @@ class Plant:
     @property
     def joint_torque_nm(self) -> Vector:
         """(joints,) torques of the body's joints, mean over the last ``advance``; zeros on a bench."""
-        return self._torque_nm
+        return self._torque_nm.copy()
 
     @property
     def power_w(self) -> tuple[float, float]:
         """Put in by the joints, lost to the ground: means over the last ``advance``."""
         return float(self._power_w[0]), float(self._power_w[1])
 
-    def encoder_counts(self) -> npt.NDArray[np.int64]:
-        """(joints,) reading of the encoders, now; noise differs from call to call."""
-        reading: Vector = self._chain.angle_rad.copy()
-        for sensor in self._sensors:
-            reading = sensor.online(self.t_s, reading, self._rng)
-        return np.round(reading / self.robot.rad_per_count).astype(np.int64)
+    def encoder_counts(self) -> list[int]:
+        """Reading of each encoder, now; noise differs from call to call."""
+        reading: Vector = self._chain.angle_rad
+        if self._sensors:
+            reading = reading.copy()
+            for sensor in self._sensors:
+                reading = sensor.online(self.t_s, reading, self._rng)
+        rad_per_count = self.robot.rad_per_count
+        return [round(angle / rad_per_count) for angle in reading.tolist()]
 
     def encoder_rad(self) -> Vector:
         """(joints,) reading of the encoders as angles, in whole counts."""
-        return np.asarray(self.encoder_counts() * self.robot.rad_per_count, dtype=np.float64)
+        return np.array(self.encoder_counts()) * self.robot.rad_per_count
 
     def pose(self) -> Pose | None:
         """Where the robot is; None on a bench."""
@@ -193,5 +240,5 @@ class Plant:
 
     @property
     def clock_ppm(self) -> float:
-        """Sum of the ``clock_drift`` effects: by how much the board's own clock is off."""
-        return sum(spec.value("ppm") for spec in self.stages.specs if spec.name == "clock_drift")
+        """By how much the board's own clock is off: the sum over the effects."""
+        return sum(spec.effect.clock_ppm(spec) for spec in self.stages.specs)

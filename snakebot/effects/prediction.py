@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from snakebot.effects.effect import Track
+from snakebot.effects.servo_stage import GRID_S, ServoRun, Servos, servo_stages, setpoint_at
 from snakebot.effects.stages import Stages, assemble, filled
 from snakebot.errors import BadInputError
 from snakebot.physics import servo_layout as layout
@@ -22,28 +23,9 @@ if TYPE_CHECKING:
 Vector = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
-GRID_S = 2e-3  # of chains and of what the servo's closed forms do not cover
-
 
 @dataclass(frozen=True, eq=False)
-class Servos:
-    """What the servo stage makes of a run.
-
-    Attributes:
-        joint_angle_rad, load_nm: (T, joints).
-        powered: (T, joints) whether the servo had a set-point at that sample. A joint without one has its known angle,
-            if any, and says nothing about the servo.
-        base: (T, 6) x, y, heading of the body and their rates, where the servo stage had to simulate it.
-    """
-
-    joint_angle_rad: Vector
-    load_nm: Vector
-    powered: Flags
-    base: Vector | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Motion:
+class BodyMotion:
     """What the body stage makes of joint angles: centre of mass (T, 2), mean link angle (T,), and velocity (T, 2)."""
 
     t_s: Vector
@@ -72,7 +54,7 @@ class Motion:
 
 
 @dataclass(frozen=True, eq=False)
-class Prediction:
+class PredictedRun:
     """A predicted run at T samples.
 
     Attributes:
@@ -94,7 +76,7 @@ class Prediction:
     variance_rad2: Vector
     load_nm: Vector
     powered: Flags
-    motion: Motion | None
+    motion: BodyMotion | None
 
 
 def predict(
@@ -111,7 +93,7 @@ def predict(
     pose: npt.ArrayLike = (0.0, 0.0, 0.0),
     body: bool = True,
     quantise: bool = True,
-) -> Prediction:
+) -> PredictedRun:
     """What this robot with these effects shows of a run. Deterministic; the same kernel as ``Plant``.
 
     A reading at ``t_s[i]`` is taken before the command of row i can have an effect. Commands are held until the next.
@@ -128,7 +110,8 @@ def predict(
         load_nm: (T, joints) known torques on the servos; otherwise they are simulated where an effect needs them.
         pose: x, y, heading at the first sample.
         body: False skips the motion over ground.
-        quantise: see ``Stages.sensor``.
+        quantise: round readings to the encoder's counts. A fit is better off without: the objective stays smooth, and
+            the variance accounts for it either way.
 
     Raises:
         BadInputError: shapes that do not fit, or effects that do not fit the robot.
@@ -147,28 +130,22 @@ def predict(
     base: Vector | None = None
     if joint_angle_rad is None:
         load = None if load_nm is None else _table(load_nm, t, stages.robot, "load_nm")
-        servos = servo_stage(
-            stages, track, t, initial_rad=initial_rad, known_rad=known, load_nm=load, pose=pose
-        )
-        angle, base = servos.joint_angle_rad, servos.base
-        load_felt, powered = servos.load_nm, servos.powered
+        made = joint_run(stages, ServoRun(t, track, initial_rad, known, load, pose))
+        angle, base, reading = made.angle_rad, made.servos.base, made.reading_rad
+        load_felt, powered = made.servos.load_nm, made.servos.powered
     else:
         angle = _table(joint_angle_rad, t, stages.robot, "joint_angle_rad")
         load_felt, powered = np.zeros_like(angle), np.isfinite(setpoint_at(track, t))
-    reading, variance = stages.sensor(t, angle, quantise=quantise)
+        reading = stages.reading(t, angle)
+    variance = stages.reading_variance_rad2(t, angle.shape)
     if track.variance_rad2 is not None:
         variance = variance + setpoint_variance_rad2(stages, track, t)
     motion = None
     if body and stages.model is not None:
         motion = body_stage(stages, t, angle, pose=pose) if base is None else _motion(t, base)
-    return Prediction(t, setpoint_at(track, t), angle, reading, variance, load_felt, powered, motion)
-
-
-def setpoint_at(track: Track, t_s: Vector) -> Vector:
-    """(T, joints) set-points in force from each time on; before the first one: the first one."""
-    rows = np.searchsorted(track.time_s, t_s + 1e-9, side="right") - 1
-    found: Vector = track.setpoint_rad[np.maximum(rows, 0)]
-    return found
+    if quantise:
+        reading = stages.in_counts(reading)
+    return PredictedRun(t, setpoint_at(track, t), angle, reading, variance, load_felt, powered, motion)
 
 
 def setpoint_variance_rad2(stages: Stages, track: Track, t_s: Vector) -> Vector:
@@ -190,68 +167,41 @@ def setpoint_variance_rad2(stages: Stages, track: Track, t_s: Vector) -> Vector:
         layout.DAMPING_RATIO,
     ):
         rows[:, column] = stages.servo_rows[:, column]
+    track = track.of_one_clock()
+    assert track.variance_rad2 is not None
     deviation = np.sqrt(np.nan_to_num(track.variance_rad2))
     servos = DrivenChain(rows, np.zeros(stages.robot.joints), t_s=float(t_s[0]), grid_s=GRID_S)
     found: Vector = servos.run(t_s, track.time_s, deviation).angle ** 2
     return found
 
 
-def servo_stage(
-    stages: Stages,
-    track: Track,
-    t_s: Vector,
-    *,
-    initial_rad: npt.ArrayLike | None = None,
-    known_rad: Vector | None = None,
-    load_nm: Vector | None = None,
-    pose: npt.ArrayLike = (0.0, 0.0, 0.0),
-) -> Servos:
-    """Set-points to joint angles.
+@dataclass(frozen=True, eq=False)
+class JointRun:
+    """What the joints of a robot do and show in a run: the servo stage, and mean readings (T, joints)."""
 
-    Args:
-        initial_rad: (joints,) joint angles at the first sample; None: those of ``known_rad``, or at rest.
-        known_rad: (T, joints) true joint angles where they are known: a joint without a set-point takes them, so that
-            its servo wakes up from the right place. (A broken joint does not: it is simulated.)
-        load_nm: (T, joints) torques that are known: sag and friction are then quasi-static, without simulating the
-            body, and no torque limit is felt.
-    """
-    from snakebot.physics.servo_chain import DrivenChain
+    servos: Servos
+    reading_rad: Vector
 
-    rows = stages.servo_rows
-    first = np.where(np.isfinite(track.setpoint_rad[0]), track.setpoint_rad[0], 0.0)
-    start = layout.rest_angle_rad(rows, first)
-    if initial_rad is not None:
-        start = np.broadcast_to(np.asarray(initial_rad, dtype=np.float64), start.shape)
-    elif known_rad is not None:
-        start = np.where(np.isfinite(known_rad[0]), known_rad[0], start)
-    start = np.where(rows[:, layout.LOCKED] == layout.RIGID_JOINT, rows[:, layout.LOCK_RAD], start)
+    @property
+    def angle_rad(self) -> Vector:
+        """(T, joints) joint angles."""
+        return self.servos.joint_angle_rad
 
-    powered = np.isfinite(setpoint_at(track, t_s))[:, rows[:, layout.SOURCE].astype(np.int64)]
-    known = None if known_rad is None else np.where(powered, np.nan, known_rad)
-    broken = bool(np.any(rows[:, layout.LOCKED] == layout.FREE_JOINT))
-    model = stages.model
-    coupled = model is not None and (
-        broken or (stages.feels_load and load_nm is None) or (known is None and not powered.all())
-    )
-    chain = DrivenChain(
-        rows,
-        start,
-        model=model if coupled else None,
-        pose=pose,
-        t_s=float(t_s[0]),
-        grid_s=GRID_S,
-        fine=layout.needs_fine_steps(rows),
-    )
-    out = chain.run(
-        t_s,
-        track.time_s,
-        track.setpoint_rad,
-        since_s=float(t_s[0]),
-        load_t_s=t_s if load_nm is not None else None,
-        load_nm=load_nm,
-        known_rad=known,
-    )
-    return Servos(out.angle, out.load, powered, out.base if coupled else None)
+
+def joint_run(stages: Stages, run: ServoRun, joints: Sequence[int] | None = None) -> JointRun:
+    """Set-points behind the link (``Stages.link``) through servos and sensors to readings. See ``servo_stages``."""
+    return joint_runs(stages, [run], joints)[0]
+
+
+def joint_runs(
+    stages: Stages, runs: Sequence[ServoRun], joints: Sequence[int] | None = None
+) -> list[JointRun]:
+    """The same of several runs."""
+    made = servo_stages(stages, runs, joints)
+    return [
+        JointRun(servos, stages.reading(run.t_s, servos.joint_angle_rad))
+        for run, servos in zip(runs, made, strict=True)
+    ]
 
 
 def body_stage(
@@ -260,10 +210,10 @@ def body_stage(
     joint_angle_rad: npt.ArrayLike,
     *,
     pose: npt.ArrayLike = (0.0, 0.0, 0.0),
-) -> Motion:
+) -> BodyMotion:
     """Joint angles (T, joints) to motion over ground; gaps (NaN) are bridged by straight lines."""
     trajectory = replay_stage(stages, t_s, joint_angle_rad, pose=pose)
-    return Motion(trajectory.t_s, trajectory.com_m, trajectory.heading_rad, trajectory.com_velocity_m_s)
+    return BodyMotion(trajectory.t_s, trajectory.com_m, trajectory.heading_rad, trajectory.com_velocity_m_s)
 
 
 def replay_stage(
@@ -272,8 +222,9 @@ def replay_stage(
     joint_angle_rad: npt.ArrayLike,
     *,
     pose: npt.ArrayLike = (0.0, 0.0, 0.0),
+    max_step_s: float | None = None,
 ) -> Trajectory:
-    """``body_stage`` with joint torques and powers.
+    """``body_stage`` with joint torques and powers; ``max_step_s`` as for ``replay``, None: its own.
 
     Raises:
         BadInputError: the robot has no body.
@@ -284,11 +235,12 @@ def replay_stage(
         raise BadInputError(f"robot {stages.robot.name} has no body to move")
     x, y, heading = (float(v) for v in np.asarray(pose, dtype=np.float64))
     angle = filled(np.asarray(joint_angle_rad, dtype=np.float64))
-    return replay(stages.model, t_s, angle, x_m=x, y_m=y, heading_rad=heading)
+    step = {} if max_step_s is None else {"max_step_s": max_step_s}
+    return replay(stages.model, t_s, angle, x_m=x, y_m=y, heading_rad=heading, **step)
 
 
-def _motion(t_s: Vector, base: Vector) -> Motion:
-    return Motion(t_s, base[:, 0:2], base[:, 2], base[:, 3:5])
+def _motion(t_s: Vector, base: Vector) -> BodyMotion:
+    return BodyMotion(t_s, base[:, 0:2], base[:, 2], base[:, 3:5])
 
 
 def _table(given: npt.ArrayLike, t_s: Vector, robot: Robot, name: str) -> Vector:

@@ -5,14 +5,15 @@ A package adds its own through the entry point group ``snakebot.effects``: each 
 
 from __future__ import annotations
 
-import difflib
 import re
 import warnings
+from collections.abc import Iterable
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 from snakebot.errors import BadInputError
+from snakebot.nearest import did_you_mean
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -31,6 +32,8 @@ LIBRARY = (
     "servo_offset",
     "deadband",
     "second_order",
+    "position_loop",
+    "arm_payload",
     "servo_lag",
     "rate_limit",
     "voltage_sag",
@@ -71,19 +74,19 @@ def effects() -> dict[str, Effect]:
     return found
 
 
-def find_effect(name: str) -> Effect:
+def find_effect(name: str, sets: Iterable[str] = ()) -> Effect:
     """
+    Args:
+        sets: what else could have been meant.
+
     Raises:
         BadInputError: there is no such effect; the line names the nearest and all that are known.
     """
     known = effects()
     if name in known:
         return known[name]
-    near = difflib.get_close_matches(name, known, n=1)
-    hint = f"; did you mean {near[0]}?" if near else ""
-    raise BadInputError(
-        f"no effect is called {name!r}{hint} Known: {', '.join(known)}".replace("' Known", "'. Known")
-    )
+    hint = did_you_mean(name, [*known, *sets]) or "."
+    raise BadInputError(f"no effect is called {name!r}{hint} Known: {', '.join(known)}")
 
 
 def _installed() -> list[tuple[str, Effect]]:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from snakebot.effects.registry import effects, find_effect
 from snakebot.errors import BadInputError
+from snakebot.nearest import not_known
 
 if TYPE_CHECKING:
     from snakebot.effects.effect import Effect
@@ -70,6 +72,26 @@ class EffectSpec:
         """0-based joints that it holds for, of a robot with ``joints``."""
         return tuple(range(joints)) if self.joints is None else tuple(j - 1 for j in self.joints)
 
+    def by_joint(self) -> tuple[EffectSpec, ...]:
+        """Itself; or, where values are listed joint by joint, one effect for each joint."""
+        many = {p.name for p in self.effect.parameters if p.many}
+        listed = [
+            name for name, value in self.values.items() if isinstance(value, tuple) and name not in many
+        ]
+        if not listed or self.joints is None:
+            return (self,)
+        return tuple(
+            EffectSpec(
+                self.name,
+                {
+                    name: value[i] if name in listed and isinstance(value, tuple) else value
+                    for name, value in self.values.items()
+                },
+                (joint,),
+            )
+            for i, joint in enumerate(self.joints)
+        )
+
     def with_values(self, **values: Value) -> EffectSpec:
         return EffectSpec(self.name, {**self.values, **values}, self.joints)
 
@@ -84,7 +106,7 @@ class EffectSpec:
         """
         effect = self.effect
         for name, value in self.values.items():
-            _check_value(effect, effect.parameter(name), value)
+            _check_value(effect, effect.parameter(name), value, self.joints)
         missing = [p.name for p in effect.parameters if p.default is None and p.name not in self.values]
         if missing:
             raise BadInputError(f"effect {self.name}: needs {', '.join(missing)}; {effect.usage}")
@@ -114,10 +136,11 @@ def _text(value: Value) -> str:
     return str(int(value)) if float(value).is_integer() and abs(value) < 1e15 else repr(float(value))
 
 
-def _check_value(effect: Effect, parameter: Parameter, value: Value) -> None:
+def _check_value(effect: Effect, parameter: Parameter, value: Value, joints: tuple[int, ...] | None) -> None:
     row = value if isinstance(value, tuple) else (value,)
-    if len(row) > 1 and not parameter.many:
-        raise BadInputError(f"effect {effect.name}: {parameter.name} takes one value")
+    if len(row) > 1 and not parameter.many and (not effect.per_joint or len(row) != len(joints or ())):
+        other = ", or one for each of joints=, as in joints=3+4" if effect.per_joint else ""
+        raise BadInputError(f"effect {effect.name}: {parameter.name} takes one value{other}")
     for v in row:
         if not (math.isfinite(v) and parameter.contains(v)):
             kind = "a whole number, " if parameter.integer else ""
@@ -129,6 +152,8 @@ def _check_value(effect: Effect, parameter: Parameter, value: Value) -> None:
 
 def parse_effect(text: str, robot: Robot | None = None) -> EffectSpec:
     """Read ``NAME[:parameter=value[,parameter=value...][,joints=3+4]]``.
+
+    A value may be one for each of the joints: ``servo_offset:offset_deg=1.5+-2,joints=3+4``.
 
     Raises:
         BadInputError: one line that names the known effects, the parameters or the bounds.
@@ -194,33 +219,56 @@ def parse_effects(texts: Iterable[str], robot: Robot | None = None) -> tuple[Eff
         elif _names_a_set(text):
             specs.extend(load_effect_set(text, robot))
         else:
-            parse_effect(text, robot)  # fails, and says what is known
+            find_effect(text.partition(":")[0].strip(), _our_sets())  # fails, and says what is known
     return tuple(specs)
 
 
 def robot_effects(robot: Robot) -> tuple[EffectSpec, ...]:
     """The effects that a robot's description says it has: part of its simulation.
 
+    Descriptions come with logs and sessions from anybody: they name effects, and the sets that come with snakebot, but
+    no file is ever opened for one.
+
     Raises:
         BadInputError: the description names an effect that does not exist or does not fit.
     """
     try:
-        return parse_effects(robot.effects, robot)
+        return tuple(spec for text in robot.effects for spec in _named(text, robot))
     except BadInputError as error:
         raise BadInputError(f"robot {robot.name}: effects: {error}") from None
 
 
-def _names_a_set(text: str) -> bool:
+def _named(text: str, robot: Robot) -> tuple[EffectSpec, ...]:
+    ours = _our_set(text)
+    return (parse_effect(text, robot),) if ours is None else load_effect_set(ours, robot)
+
+
+def _our_set(name: str) -> Path | None:
+    """The file of a set that comes with snakebot; no name leads out of its folder."""
     from snakebot.resources import configs_root
 
-    ours = configs_root() / "effects" / f"{text.removesuffix('.yaml')}.yaml"
+    path = configs_root() / "effects" / f"{name}.yaml"
+    return path if _SET_NAME.fullmatch(name) and path.is_file() else None
+
+
+def _our_sets() -> list[str]:
+    from snakebot.resources import configs_root
+
+    return sorted(path.stem for path in (configs_root() / "effects").glob("*.yaml"))
+
+
+def _names_a_set(text: str) -> bool:
+    if _our_set(text.removesuffix(".yaml")) is not None:
+        return True
     try:
-        return Path(text).is_file() or ours.is_file()
-    except OSError:  # too long for the name of a file
+        return Path(text).is_file()
+    except (OSError, ValueError):  # too long for the name of a file, or none at all
         return False
 
 
 SET_SCHEMA = "snakebot.effects/1"
+_SET_KEYS = ("schema", "effects", "source")
+_SET_NAME = re.compile(r"[a-z0-9_]{1,64}")
 
 
 def load_effect_set(source: str | Path, robot: Robot | None = None) -> tuple[EffectSpec, ...]:
@@ -230,13 +278,17 @@ def load_effect_set(source: str | Path, robot: Robot | None = None) -> tuple[Eff
         BadInputError: no such file, not YAML, or an effect in it is wrong; the line names the file.
     """
     from snakebot.resources import config_path
-    from snakebot.safe_yaml import load_yaml
+    from snakebot.safe_yaml import Lines, load_yaml
 
     path = config_path("effects", source)
     try:
-        data: Any = load_yaml(path.read_bytes(), str(path))
+        content = path.read_bytes()
     except OSError as error:
         raise BadInputError(f"{path}: cannot read the effects: {error.strerror}") from None
+    data, lines = load_yaml(content, str(path)), Lines(content)
+    for key in data if isinstance(data, Mapping) else ():
+        if key not in _SET_KEYS:
+            raise BadInputError(f"{path}: {lines.of(key)}{not_known(key, _SET_KEYS, 'a set of effects')}")
     listed = data.get("effects") if isinstance(data, Mapping) else None
     if (
         not isinstance(listed, Sequence)
@@ -248,7 +300,10 @@ def load_effect_set(source: str | Path, robot: Robot | None = None) -> tuple[Eff
         )
     if data.get("schema", SET_SCHEMA) != SET_SCHEMA:
         raise BadInputError(f"{path}: schema is {data['schema']!r}, this version reads {SET_SCHEMA!r}")
-    try:
-        return tuple(parse_effect(text, robot) for text in listed)
-    except BadInputError as error:
-        raise BadInputError(f"{path}: {error}") from None
+    specs = []
+    for index, text in enumerate(listed):
+        try:
+            specs.append(parse_effect(text, robot))
+        except BadInputError as error:
+            raise BadInputError(f"{path}: {lines.of('effects', index)}{error}") from None
+    return tuple(specs)

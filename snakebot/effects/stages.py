@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from snakebot.effects.effect import LinkFilter, SensorFilter, Track
+from snakebot.effects.effect import LinkFilter, SensorFilter, ServoFilter, Track
 from snakebot.effects.ground import Ground
 from snakebot.effects.registry import effects
 from snakebot.effects.spec import EffectSpec, parse_effects, robot_effects
 from snakebot.errors import BadInputError
+from snakebot.nearest import did_you_mean
 from snakebot.physics import servo_layout as layout
+from snakebot.physics.model import STANDARD_GRAVITY_M_S2
 
 if TYPE_CHECKING:
     from snakebot.physics.model import ChainModel
@@ -24,8 +26,8 @@ if TYPE_CHECKING:
 
 Vector = npt.NDArray[np.float64]
 
-STANDARD_GRAVITY_M_S2 = 9.80665
-_UNIT_ARM_M = 0.15
+FILTER_STEP_S = 2e-3  # of servo filters, counted from time zero; chosen: as the grid of predictions
+_UNIT_ARM_M = 0.15  # length of an arm that weighs 1 N m; only inertia depends on it. Chosen, a bench arm's
 
 
 @dataclass(frozen=True)
@@ -80,14 +82,32 @@ class Stages:
             spec.effect.write_ground(ground, spec, self.robot)
         return ground.model()
 
-    @property
+    @cached_property
     def feels_load(self) -> bool:
         """Whether the servos' motion depends on the torque they bear."""
         return layout.feels_load(self.servo_rows)
 
+    @cached_property
+    def broken(self) -> tuple[bool, bool]:
+        """Whether any joint is free; and whether any is rigid."""
+        locked = self.servo_rows[:, layout.LOCKED]
+        return bool((locked == layout.FREE_JOINT).any()), bool((locked == layout.RIGID_JOINT).any())
+
     def link_filters(self) -> list[LinkFilter]:
         """Fresh ones, in the order of the signal."""
         return [f for s in self.specs if (f := s.effect.link_filter(s, self.robot)) is not None]
+
+    @cached_property
+    def late_s(self) -> Vector:
+        """(joints,) how much later than the others each joint gets its set-points."""
+        late = np.zeros(self.robot.joints)
+        for spec in self.specs:
+            late[list(spec.joint_indices(late.size))] += spec.effect.late_s(spec)
+        return late
+
+    def servo_filters(self) -> list[ServoFilter]:
+        """Fresh ones, in the order of the signal."""
+        return [f for s in self.specs if (f := s.effect.servo_filter(s, self.robot)) is not None]
 
     def sensor_filters(self) -> list[SensorFilter]:
         """Fresh ones, in the order of the signal."""
@@ -98,33 +118,35 @@ class Stages:
         track = Track(np.asarray(t_s, dtype=np.float64), np.asarray(command_rad, dtype=np.float64))
         for link_filter in self.link_filters():
             track = link_filter.batch(track)
-        return track
+        return replace(track, late_s=self.late_s) if self.late_s.any() else track
 
-    def sensor(
-        self, t_s: npt.ArrayLike, joint_angle_rad: npt.ArrayLike, *, quantise: bool = False
-    ) -> tuple[Vector, Vector]:
-        """Mean reading (T, joints) of joint angles (T, joints), and its variance (rad^2) with that of the counts.
-
-        Args:
-            quantise: round to the encoder's counts. A fit is better off without: the objective stays smooth, and the
-                variance accounts for it either way.
-        """
+    def reading(self, t_s: npt.ArrayLike, joint_angle_rad: npt.ArrayLike) -> Vector:
+        """Mean reading (T, joints) of joint angles (T, joints), before it is rounded to counts."""
         t = np.asarray(t_s, dtype=np.float64)
         reading: Vector = np.asarray(joint_angle_rad, dtype=np.float64)
-        step = self.robot.rad_per_count
-        variance = np.full(reading.shape, step**2 / 12)
         for sensor_filter in self.sensor_filters():
             reading = sensor_filter.batch(t, reading)
+        return reading
+
+    def reading_variance_rad2(self, t_s: npt.ArrayLike, shape: tuple[int, ...]) -> Vector:
+        """Variance (T, joints) of readings about their mean, with that of the counts."""
+        t = np.asarray(t_s, dtype=np.float64)
+        variance = np.full(shape, self.robot.rad_per_count**2 / 12)
+        for sensor_filter in self.sensor_filters():
             variance = variance + sensor_filter.variance_rad2(t)
-        if quantise:
-            reading = np.round(reading / step) * step
-        return reading, variance
+        return variance
+
+    def in_counts(self, reading_rad: Vector) -> Vector:
+        """Readings rounded to the encoder's counts."""
+        step = self.robot.rad_per_count
+        rounded: Vector = np.round(reading_rad / step) * step
+        return rounded
 
     def true_angle(self, t_s: npt.ArrayLike, encoder_rad: npt.ArrayLike) -> Vector:
         """Joint angles that would give these readings: the sensor stage undone, as far as it is affine."""
         t, reading = np.asarray(t_s, dtype=np.float64), np.asarray(encoder_rad, dtype=np.float64)
-        zero, _ = self.sensor(t, np.zeros_like(reading))
-        one, _ = self.sensor(t, np.ones_like(reading))
+        zero = self.reading(t, np.zeros_like(reading))
+        one = self.reading(t, np.ones_like(reading))
         angle: Vector = (reading - zero) / (one - zero)
         return angle
 
@@ -160,6 +182,7 @@ def assemble(robot: Robot, specs: Iterable[EffectSpec | str] = (), *, own_effect
     given = tuple(robot_effects(robot)) if own_effects else ()
     for spec in specs:
         given += parse_effects([spec], robot) if isinstance(spec, str) else (spec.checked(robot),)
+    given = tuple(part for spec in given for part in spec.by_joint())
     order = {name: rank for rank, name in enumerate(effects())}
     return Stages(robot, tuple(sorted(given, key=lambda spec: order[spec.name])))
 
@@ -180,9 +203,11 @@ def arm_of(robot: Robot) -> Arm | None:
     except (TypeError, ValueError):
         arm = None
     if arm is None or not (0 < arm.mass_kg < math.inf and 0 < arm.length_m < math.inf):
-        keys = ", ".join(Arm.__dataclass_fields__)
+        keys = list(Arm.__dataclass_fields__)
+        strange = [key for key in given if key not in keys] if isinstance(given, Mapping) else []
+        hint = did_you_mean(strange[0], keys).replace(";", f"; {strange[0]} is not known,") if strange else ""
         raise BadInputError(
-            f"robot {robot.name}: servo.arm takes numbers for {keys}; mass_kg and length_m above zero"
+            f"robot {robot.name}: servo.arm takes numbers for {', '.join(keys)}; mass_kg and length_m above zero{hint}"
         )
     return arm
 

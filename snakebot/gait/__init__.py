@@ -5,6 +5,7 @@ from __future__ import annotations
 from snakebot.gait.limits import SlewLimiter, check_motion
 from snakebot.gait.motion import GaitMotion, Motion, SampledMotion
 from snakebot.gait.named import load_gait
+from snakebot.gait.offset_track import OffsetTrack
 from snakebot.gait.probe import Probe, parse_probe
 from snakebot.gait.probe_motion import ProbeMotion, probe_span_s
 from snakebot.gait.wave import Gait
@@ -13,6 +14,7 @@ __all__ = [
     "Gait",
     "GaitMotion",
     "Motion",
+    "OffsetTrack",
     "Probe",
     "ProbeMotion",
     "SampledMotion",

@@ -9,22 +9,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.gait.motion import Motion
 from snakebot.robot import Robot
 
 WIRE_STEP_RAD = 1e-4  # resolution of an angle on the wire; rounding must not look like a broken limit
 CREDIT_SLACK_S = 0.020  # by how much a set-point may come early after a late one
-MIN_INTERVAL_S = 0.0005
-MAX_GAP = 4
+MIN_INTERVAL_S = 0.0005  # 0.5 ms (PROTOCOL.md, limits)
+MAX_GAP = 4  # set-points that a loss may be bridged over (PROTOCOL.md, limits)
 _ENOUGH_S = 3600.0  # of a wave: what comes after repeats it
 _PIECE_S = 400.0  # checked at once: memory stays small
-_ROUNDING_RAD = 1e-6  # of a path's own arithmetic: an end of the bracket lies on the edge of the slack
 _CHECK_STEP_S = 0.002  # samples of the check before the run; finer than any tick
+# Nyquist frequency of those samples: a faster wave looks like a slow one.
+_FASTEST_RAD_S = math.pi / _CHECK_STEP_S
 
 
 def check_motion(motion: Motion, robot: Robot, t_from_s: float = 0.0) -> None:
@@ -33,10 +34,16 @@ def check_motion(motion: Motion, robot: Robot, t_from_s: float = 0.0) -> None:
     Speed and acceleration are finite differences of the set-points over 2 ms, over the whole motion.
 
     Raises:
-        BadInputError: the first joint and limit broken, with the demanded and the allowed value.
+        BadInputError: the first joint and limit broken, with the demanded and the allowed value; or set-points, speeds
+            or accelerations that are no finite numbers, or swing faster than those samples can show.
     """
     if motion.joints != robot.joints:
         raise BadInputError(f"the motion has {motion.joints} joints, robot {robot.name!r} has {robot.joints}")
+    if not motion.fastest_rad_s < _FASTEST_RAD_S:
+        raise BadInputError(
+            f"the motion swings at {motion.fastest_rad_s:.4g} rad/s; limits can be checked below "
+            f"{_FASTEST_RAD_S:.4g} rad/s{motion.advice('frequency')}"
+        )
     for begin_s, end_s in _stretches(motion, t_from_s):
         _check_stretch(motion, robot, begin_s, end_s)
 
@@ -60,15 +67,23 @@ def _pieces(begin_s: float, end_s: float) -> Iterator[tuple[float, float]]:
 def _check_stretch(motion: Motion, robot: Robot, begin_s: float, end_s: float) -> None:
     steps = max(math.ceil((end_s - begin_s) / _CHECK_STEP_S), 1)
     t = begin_s + _CHECK_STEP_S * np.arange(-2, steps + 3, dtype=np.float64)
-    angles = motion.sampled(t)
-    speed = np.diff(angles, axis=0) / _CHECK_STEP_S
-    acceleration = np.diff(speed, axis=0) / _CHECK_STEP_S
+    with np.errstate(over="ignore", invalid="ignore"):  # what becomes of it is looked at below
+        angles = motion.sampled(t)
+        speed = np.diff(angles, axis=0) / _CHECK_STEP_S
+        acceleration = np.diff(speed, axis=0) / _CHECK_STEP_S
     checks = (
         ("angle", "deg", np.degrees(angles), np.degrees(robot.angle_limit_rad)),
         ("speed", "rad/s", speed, np.asarray(robot.speed_limit_rad_s)),
         ("acceleration", "rad/s2", acceleration, np.asarray(robot.acceleration_limit_rad_s2)),
     )
     for name, unit, values, limit in checks:
+        wrong = np.argwhere(~np.isfinite(values))
+        if wrong.size:
+            row, joint = (int(number) for number in wrong[0])
+            raise BadInputError(
+                f"joint {joint + 1}: the motion's {name} is no finite number at {max(t[row], 0.0):.4g} s"
+                f"{motion.advice(name)}"
+            )
         worst = np.abs(values).max(axis=0)
         over = np.flatnonzero(worst > limit * (1 + 1e-6))
         if over.size:
@@ -85,7 +100,7 @@ class SlewLimiter:
     What is executed is never further than the slack from a path that keeps speed and acceleration exactly. Which path
     that is, rounded set-points leave open. Of all that are as near as that to everything executed so far, the limiter
     keeps the slowest and the fastest (a mixture of the two is one of them, too), and changes a set-point only when
-    none of them can come near it.
+    none of them can come near it. ``slew`` has the arithmetic, compiled.
 
     Args:
         angle_rad, speed_rad_s, acceleration_rad_s2: the limits, one a joint.
@@ -100,19 +115,39 @@ class SlewLimiter:
         *,
         slack_rad: float = WIRE_STEP_RAD,
     ) -> None:
-        self.angle_rad = list(angle_rad)
-        self.speed_rad_s = list(speed_rad_s)
-        self.acceleration_rad_s2 = list(acceleration_rad_s2)
+        from snakebot.gait import slew  # brings the compiler in: only those who limit need it
+
+        self._compiled_step = slew.step
+        self._limits = np.array([angle_rad, speed_rad_s, acceleration_rad_s2], dtype=np.float64)
+        self.angle_rad: Floats = self._limits[0]  # views: whoever writes to them changes a limit
+        self.speed_rad_s: Floats = self._limits[1]
+        self.acceleration_rad_s2: Floats = self._limits[2]
         self._slack_rad = slack_rad
-        self.reset([0.0] * len(self.angle_rad))
+        joints = len(angle_rad)
+        self._paths = np.zeros((joints, slew.PATH))
+        self._wanted, self._target, self._applied = np.zeros(joints), np.zeros(joints), np.zeros(joints)
+        self.reset([0.0] * joints)
 
     def reset(self, angles_rad: Sequence[float]) -> None:
-        """Start again, at rest, from these angles."""
-        self.applied_rad = list(angles_rad)
-        self._paths = [_at_rest(angle) for angle in self.applied_rad]
-        self._target_rad = list(angles_rad)
+        """Begin, at rest, from these angles, with the credit of a sender that comes on time."""
+        self.applied_rad = [0.0] * len(self._applied)
+        for joint, angle in enumerate(angles_rad):
+            self.follow(joint, angle)
         self._credit_s = CREDIT_SLACK_S
         self._dt_before_s = 0.0  # none yet: the first tick counts as after one of its own length
+
+    def rest(self, elapsed_s: float) -> None:
+        """Stop where it is; ``elapsed_s`` since the last set-point. There is no more credit than this time brings.
+
+        Of the paths near what was executed one stays, and comes to rest: the slack is not granted anew.
+        """
+        self._credit_s = min(self._credit_s + elapsed_s, CREDIT_SLACK_S)
+        self._dt_before_s = 0.0
+        self._target[:] = self._applied
+        slow, fast = self._paths[:, 0].copy(), self._paths[:, 2].copy()
+        nearer = np.where(np.abs(slow - self._applied) <= np.abs(fast - self._applied), slow, fast)
+        self._paths[:] = 0.0
+        self._paths[:, 0] = self._paths[:, 2] = nearer
 
     def execute(
         self, target_rad: Sequence[float], interval_s: float, gap: int, elapsed_s: float
@@ -134,118 +169,20 @@ class SlewLimiter:
         if dt < MIN_INTERVAL_S:
             return None
         self._credit_s = credit - dt
-        clamped = 0
-        for joint, target in enumerate(target_rad):
-            clamped += self._step(joint, target, dt)
-        self._dt_before_s = dt
+        clamped = self._step(target_rad, dt)
         return tuple(self.applied_rad), clamped
+
+    def _step(self, target_rad: Sequence[float], dt_s: float) -> int:
+        self._wanted[:] = target_rad
+        clamped = self._compiled_step(
+            self._wanted, dt_s, self._dt_before_s or dt_s, self._slack_rad, WIRE_STEP_RAD / 2,
+            self._limits, self._paths, self._target, self._applied,
+        )  # fmt: skip
+        self._dt_before_s = dt_s
+        self.applied_rad = self._applied.tolist()
+        return int(clamped)
 
     def follow(self, joint: int, angle_rad: float) -> None:
         """A joint without power: its register follows where the joint is."""
-        self.applied_rad[joint] = self._target_rad[joint] = angle_rad
-        self._paths[joint] = _at_rest(angle_rad)
-
-    def _step(self, joint: int, wanted: float, dt: float) -> bool:
-        angle, acceleration = self.angle_rad[joint], self.acceleration_rad_s2[joint]
-        target = _clamp(wanted, -angle, angle)
-        # A speed here is the mean over its tick: between the middles of two ticks lies half of each.
-        change = acceleration * ((self._dt_before_s or dt) + dt) / 2
-        tick = _Tick(dt, angle, self.speed_rad_s[joint], acceleration, change)
-        slow, fast = self._paths[joint]
-        within = self._slack_rad + _ROUNDING_RAD
-        behind = abs(self.applied_rad[joint] - self._target_rad[joint]) > 2 * _ROUNDING_RAD
-        if not behind:
-            near, other = self._bracket(slow, fast, target, tick)
-            if abs(other.angle - target) < abs(near.angle - target):
-                near, other = other, near
-            if abs(near.angle - target) > within:
-                behind = True
-            elif abs(other.angle - target) > within:
-                other = near
-        if behind:
-            start = fast if target > fast.angle else slow
-            near = other = _chase(start, target, (target - self._target_rad[joint]) / dt, tick)
-        self._paths[joint] = (near, other) if near.speed <= other.speed else (other, near)
-        self._target_rad[joint] = target
-        executed = _clamp(target, near.angle - self._slack_rad, near.angle + self._slack_rad)
-        self.applied_rad[joint] = executed
-        return abs(executed - wanted) > WIRE_STEP_RAD / 2
-
-    def _bracket(self, slow: _Path, fast: _Path, target: float, tick: _Tick) -> tuple[_Path, _Path]:
-        """The slowest and the fastest way on that end within the slack of the target, or as near as they come."""
-        low, high = target - self._slack_rad, target + self._slack_rad
-        spread = fast.speed - slow.speed + (fast.angle - slow.angle) / tick.dt
-        from_slow, from_fast = slow, fast
-        if spread > 0:  # of all mixtures the one that comes to its edge by all the change that it may make
-            from_slow = _mixture(
-                slow, fast, ((low - slow.angle) / tick.dt - slow.speed + tick.change) / spread
-            )
-            from_fast = _mixture(
-                slow, fast, ((high - slow.angle) / tick.dt - slow.speed - tick.change) / spread
-            )
-        return (
-            _go(from_slow, (low - from_slow.angle) / tick.dt, tick),
-            _go(from_fast, (high - from_fast.angle) / tick.dt, tick),
-        )
-
-
-class _Path(NamedTuple):
-    angle: float  # rad
-    speed: float  # rad/s, mean over the last tick
-
-
-class _Tick(NamedTuple):
-    """One tick of one joint."""
-
-    dt: float  # s
-    angle: float  # limits: rad, rad/s, rad/s^2
-    speed: float
-    acceleration: float
-    change: float  # of speed that it may make, rad/s
-
-
-def _clamp(value: float, low: float, high: float) -> float:
-    return low if value < low else high if value > high else value
-
-
-def _at_rest(angle_rad: float) -> tuple[_Path, _Path]:
-    return _Path(angle_rad, 0.0), _Path(angle_rad, 0.0)
-
-
-def _mixture(slow: _Path, fast: _Path, share: float) -> _Path:
-    """Limits are convex: what lies between two paths that keep them is a path that keeps them."""
-    share = _clamp(share, 0.0, 1.0)
-    return _Path(
-        slow.angle + share * (fast.angle - slow.angle), slow.speed + share * (fast.speed - slow.speed)
-    )
-
-
-def _stopping(room: float, tick: _Tick) -> float:
-    """Largest speed of this tick from which braking ends within the room (rad), whatever the ticks' lengths."""
-    half = tick.acceleration * tick.dt / 2
-    if room <= half * tick.dt:
-        return room / tick.dt
-    return math.sqrt(2 * tick.acceleration * room) - half
-
-
-def _go(start: _Path, want: float, tick: _Tick) -> _Path:
-    """From ``start`` with the speed nearest to ``want`` that the limits allow."""
-    fastest = _stopping(max(0.0, tick.angle - start.angle if want > 0 else tick.angle + start.angle), tick)
-    want = _clamp(want, -fastest, fastest)
-    want = _clamp(want, start.speed - tick.change, start.speed + tick.change)
-    speed = _clamp(want, -tick.speed, tick.speed)
-    end = start.angle + speed * tick.dt
-    bound = max(tick.angle, abs(start.angle))
-    if abs(end) > bound:  # only where a limit was tightened, or arithmetic rounds
-        end = math.copysign(bound, end)
-        speed = (end - start.angle) / tick.dt
-    return _Path(end, speed)
-
-
-def _chase(start: _Path, target: float, target_speed: float, tick: _Tick) -> _Path:
-    """Towards a target out of reach, so that both would come to rest at one place if both began to brake."""
-    u = _clamp(target_speed, -tick.speed, tick.speed)
-    half = tick.acceleration * tick.dt / 2
-    way = max(0.0, abs(u) - half) ** 2 / (2 * tick.acceleration)
-    room = target + math.copysign(way, u) - start.angle
-    return _go(start, math.copysign(_stopping(abs(room), tick), room), tick)
+        self.applied_rad[joint] = self._applied[joint] = self._target[joint] = angle_rad
+        self._paths[joint] = angle_rad, 0.0, angle_rad, 0.0  # at rest, the slowest as the fastest

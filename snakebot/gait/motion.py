@@ -17,19 +17,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.errors import BadInputError
+from snakebot.gait.offset_track import OffsetTrack
 from snakebot.gait.wave import Gait
 
 # Largest slope and curvature of the quintic over the unit interval.
 BLEND_PEAK_SLOPE = 15 / 8
-BLEND_PEAK_CURVATURE = 10 / math.sqrt(3)
+BLEND_PEAK_CURVATURE = 10 / math.sqrt(3)  # of s^3 (10 - 15 s + 6 s^2) on 0..1, at s = 1/2 -+ 1/sqrt(12)
 LONGEST_S = 1e8  # three years
-LONGEST_RAMP_S = 600.0
+LONGEST_RAMP_S = 600.0  # ten minutes; chosen
 SHORTEST_BLEND_S = 1e-6  # no clock here is finer; what is shorter changes at once
 
 
 def blend(s: float) -> float:
     """The quintic step from 0 to 1; constant outside."""
     return float(_step(min(max(s, 0.0), 1.0)))
+
+
+def blends(s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """``blend`` of each."""
+    found: NDArray[np.float64] = _step(np.clip(s, 0.0, 1.0))
+    return found
 
 
 def _step(s: Any) -> Any:
@@ -58,6 +65,7 @@ class Motion(ABC):
     joints: int
     duration_s: float  # from the first set-point to the last, ramps included
     repeats = False  # whether what it does after an hour, it has done before, ramps apart
+    fastest_rad_s = 0.0  # largest frequency of a sine in it, where it is made of sines
 
     @abstractmethod
     def angles(self, t_s: float) -> list[float]:
@@ -72,7 +80,7 @@ class Motion(ABC):
         return np.array([self.angles(t) for t in t_s]).reshape(len(t_s), self.joints)
 
     def advice(self, limit: str) -> str:
-        """What to change where ``limit`` (angle, speed or acceleration) is broken, to follow a message; or nothing."""
+        """What to change where ``limit`` (angle, speed, acceleration, frequency) is broken; or nothing."""
         return ""
 
 
@@ -91,6 +99,10 @@ class GaitMotion(Motion):
 
     For ``ramp_s`` the motion blends from ``start_rad`` into the wave; for the last ``ramp_s`` it blends into
     ``end_rad`` (straight when not given). In between it is exactly eq. (27), phase counted from the motion's start.
+
+    Attributes:
+        steering: a further offset of all joints, which whoever steers changes while the motion runs; this motion and
+            those that are made of it share it.
     """
 
     repeats = True
@@ -114,17 +126,36 @@ class GaitMotion(Motion):
                 f"a run of {duration_s:g} s has no room for two ramps of {ramp_s:g} s: "
                 "lengthen --duration or shorten --ramp"
             )
+        gait.of_joints(joints)  # as many as there are, or a refusal
         self.joints = joints
         self.duration_s = duration_s
         self.ramp_s = ramp_s
         self.start_rad = list(start_rad) if start_rad is not None else [0.0] * joints
         self.end_rad = list(end_rad) if end_rad is not None else [0.0] * joints
+        self.steering: OffsetTrack | None = None
         self._changes = [_Change(0.0, 0.0, gait, 0.0)]
 
     @property
     def gait(self) -> Gait:
         """The gait that was asked for last."""
         return self._changes[-1].gait
+
+    @property
+    def fastest_rad_s(self) -> float:  # type: ignore[override]  # read only, unlike the base's constant
+        return max(change.gait.omega_rad_s for change in self._changes)
+
+    @property
+    def settled_s(self) -> float:
+        """From when on the gait that was asked for last is reached whole."""
+        return self._changes[-1].start_s + self._changes[-1].blend_s
+
+    def unchanged_from(self, t_s: float) -> GaitMotion:
+        """The same motion without a change that begins only at ``t_s`` or later."""
+        other = copy.copy(self)
+        other._changes = [
+            change for number, change in enumerate(self._changes) if not number or change.start_s < t_s
+        ]
+        return other
 
     def changed(self, t_s: float, gait: Gait, blend_s: float) -> GaitMotion:
         """The same motion, which goes over to another gait from ``t_s`` on, within ``blend_s`` and without a jump.
@@ -137,6 +168,7 @@ class GaitMotion(Motion):
         last = self._changes[-1]
         if t_s < last.start_s + last.blend_s or (len(self._changes) > 1 and t_s <= last.start_s):
             raise BadInputError(f"the last change of gait ends only at {last.start_s + last.blend_s:.2f} s")
+        gait.of_joints(self.joints)
         phase, _ = self._wave(t_s)
         blend_s = blend_s if blend_s > SHORTEST_BLEND_S else 0.0
         other = copy.copy(self)
@@ -152,6 +184,8 @@ class GaitMotion(Motion):
     def advice(self, limit: str) -> str:
         if limit == "angle":
             return ": lower --alpha or --offset"
+        if limit == "frequency":
+            return ": lower --omega"
         return ": lower --omega or --alpha, or lengthen --ramp"
 
     def _wave(self, t_s: float) -> tuple[float, Gait]:
@@ -176,14 +210,20 @@ class GaitMotion(Motion):
             omega_rad_s=old.omega_rad_s + share * (new.omega_rad_s - old.omega_rad_s),
             offset_rad=old.offset_rad + share * (new.offset_rad - old.offset_rad),
         )
+        if old.shares != new.shares:
+            pairs = zip(old.of_joints(self.joints), new.of_joints(self.joints), strict=True)
+            mixed = replace(mixed, shares=tuple(a + share * (b - a) for a, b in pairs))
         return phase, mixed
 
     def angles(self, t_s: float) -> list[float]:
         t = min(max(t_s, 0.0), self.duration_s)
         phase, gait = self._wave(t)
-        wave = [
-            gait.offset_rad + gait.alpha_rad * math.sin(phase + i * gait.beta_rad) for i in range(self.joints)
-        ]
+        offset = gait.offset_rad + (self.steering.at(t) if self.steering is not None else 0.0)
+        alpha, beta = gait.alpha_rad, gait.beta_rad
+        if gait.shares:
+            wave = [offset + s * alpha * math.sin(phase + i * beta) for i, s in enumerate(gait.shares)]
+        else:
+            wave = [offset + alpha * math.sin(phase + i * beta) for i in range(self.joints)]
         rise = blend(t / self.ramp_s) if self.ramp_s > 0 else 1.0
         fall = blend((self.duration_s - t) / self.ramp_s) if self.ramp_s > 0 else 1.0
         if rise < 1:
@@ -202,6 +242,8 @@ class GaitMotion(Motion):
             here = index == number
             old = self._changes[max(number - 1, 0)].gait
             wave[here] = _blended_wave(t[here] - change.start_s, change, old, number > 0, self.joints)
+        if self.steering is not None:
+            wave += self.steering.sampled(t)[:, None]
         if self.ramp_s > 0:
             for since, posture in ((t, self.start_rad), (self.duration_s - t, self.end_rad)):
                 ramp = since < self.ramp_s
@@ -230,11 +272,15 @@ def _blended_wave(
         return np.asarray(before + share * (after - before))[:, None]
 
     angle = phase[:, None] + np.arange(joints) * mixed("beta_rad")
-    return np.asarray(mixed("offset_rad") + mixed("alpha_rad") * np.sin(angle))
+    amplitude = mixed("alpha_rad")
+    if old.shares or new.shares:
+        before, after = np.array(old.of_joints(joints)), np.array(new.of_joints(joints))
+        amplitude = amplitude * (before + share[:, None] * (after - before))
+    return np.asarray(mixed("offset_rad") + amplitude * np.sin(angle))
 
 
 class SampledMotion(Motion):
-    """Recorded set-points sent again, linear between samples, entered smoothly from where the robot is."""
+    """Recorded set-points sent again, on a cubic through them, entered smoothly from where the robot is."""
 
     def __init__(
         self,
@@ -259,27 +305,34 @@ class SampledMotion(Motion):
             raise BadInputError("the times of the recorded motion do not rise")
         if not np.all(np.isfinite(angles_rad)):
             raise BadInputError("the recorded motion has set-points that are no numbers (servo off?)")
+        from scipy.interpolate import CubicSpline  # other motions do without
+
         self.joints = angles_rad.shape[1]
         self.ramp_s = ramp_s
         self._t = t_s - t_s[0]
-        self._columns = np.ascontiguousarray(angles_rad.T)  # np.interp would copy a strided one each time
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                self._path = CubicSpline(self._t, angles_rad, axis=0)
+        except ValueError:  # its slopes are no numbers
+            raise BadInputError("the recorded motion's set-points lie too far apart to be joined") from None
         self._start = np.zeros(self.joints) if start_rad is None else np.asarray(start_rad, dtype=float)
         self.duration_s = float(self._t[-1]) + 2 * ramp_s
 
     def angles(self, t_s: float) -> list[float]:
         t = min(max(t_s, 0.0), self.duration_s)
         inner = t - self.ramp_s
-        wave = np.array([np.interp(inner, self._t, column) for column in self._columns])
+        wave = self._path(min(max(inner, 0.0), self._t[-1]))
         if inner < 0:
             wave = self._start + blend(t / self.ramp_s) * (wave - self._start)
         elif inner > self._t[-1]:
             wave = blend((self.duration_s - t) / self.ramp_s) * wave
-        return [float(angle) for angle in wave]
+        angles: list[float] = wave.tolist()
+        return angles
 
     def sampled(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
         t = np.clip(t_s, 0.0, self.duration_s)
         inner = t - self.ramp_s
-        wave = np.stack([np.interp(inner, self._t, column) for column in self._columns], axis=1)
+        wave: NDArray[np.float64] = self._path(np.clip(inner, 0.0, self._t[-1]))
         first, last = inner < 0, inner > self._t[-1]
         wave[first] = self._start + _step(t[first] / self.ramp_s)[:, None] * (wave[first] - self._start)
         wave[last] *= _step((self.duration_s - t[last]) / self.ramp_s)[:, None]

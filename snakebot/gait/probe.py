@@ -13,8 +13,9 @@ import re
 from dataclasses import dataclass
 
 from snakebot.errors import BadInputError
+from snakebot.nearest import did_you_mean
 
-MOST_STEPS = 20
+MOST_STEPS = 20  # of a staircase; chosen
 EXAMPLE = "triangle:amplitude_deg=5,rate_deg_s=10,joints=3"
 
 
@@ -156,13 +157,17 @@ def parse_probe(text: str) -> Probe:
     """
     kind, _, rest = (part.strip() for part in text.partition(":"))
     if kind not in KINDS:
-        raise BadInputError(f"--probe {text!r}: no such probe; there are {', '.join(KINDS)}, as in {EXAMPLE}")
+        hint = did_you_mean(kind, KINDS) or f"; there are {', '.join(KINDS)}, as in {EXAMPLE}"
+        raise BadInputError(f"--probe {text!r}: no such probe{hint}")
     keys = KINDS[kind]
     given: dict[str, tuple[float, ...]] = {}
     for part in filter(None, (part.strip() for part in rest.split(","))):
         key, equals, value = (piece.strip() for piece in part.partition("="))
         if not equals or (key != "joints" and key not in keys):
-            raise BadInputError(f"--probe {kind}: {part!r} is not understood; {usage(kind)}")
+            hint = did_you_mean(key, [*keys, "joints"]) if equals and key not in keys else ""
+            raise BadInputError(
+                f"--probe {kind}: {part!r} is not understood{hint + ' ' if hint else '; '}{usage(kind)}"
+            )
         if key in given:
             raise BadInputError(f"--probe {kind}: {key} is given twice")
         given[key] = _numbers(kind, key, value)

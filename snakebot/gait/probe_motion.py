@@ -12,13 +12,11 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.gait.motion import Motion, check_times
 from snakebot.gait.probe import Probe
-
-Floats = NDArray[np.float64]
 
 CHANGE_S = 1.0  # from one frequency of a sine to the next, at most
 MOST_CYCLES = 20_000  # of one run; each is kept as a few numbers
@@ -52,6 +50,7 @@ class ProbeMotion(Motion):
         self.ramp_s = ramp_s
         self.start_rad = np.zeros(joints) if start_rad is None else np.asarray(start_rad, dtype=np.float64)
         self._moved = list(probe.joint_indices(joints))
+        self.fastest_rad_s = max(probe.omega_rad_s, default=0.0)
         span_s = duration_s - 2 * ramp_s
         once_s = probe_span_s(probe, 1)
         if span_s < once_s * (1 - 1e-9):
@@ -91,6 +90,8 @@ class ProbeMotion(Motion):
     def advice(self, limit: str) -> str:
         if limit == "angle":
             return ": lower amplitude_deg or offset_deg of --probe"
+        if limit == "frequency":
+            return ": lower omega_rad_s of --probe"
         if self.probe.kind == "sine":
             return ": lower omega_rad_s or amplitude_deg of --probe, or lengthen --ramp"
         return f": lower {'rate_deg_s' if limit == 'speed' else 'acceleration_rad_s2'} of --probe, or lengthen --ramp"
@@ -133,7 +134,7 @@ def _move_s(probe: Probe, distance_rad: float) -> float:
     if distance_rad <= 0:
         return 0.0
     peak = _peak_rad_s(probe, distance_rad)
-    return distance_rad / peak + peak / probe.acceleration_rad_s2
+    return distance_rad / peak + peak / probe.acceleration_rad_s2 if peak > 0 else math.inf
 
 
 class _Moves:

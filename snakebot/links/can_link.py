@@ -5,20 +5,23 @@ from __future__ import annotations
 import contextlib
 import errno
 import logging
+import math
 import os
 from collections.abc import Sequence
-from difflib import get_close_matches
 from time import monotonic, sleep
 from typing import TYPE_CHECKING, Any, Literal
 
 from firmware_protocol.frame import Frame
 from snakebot.errors import BadInputError, LostBoardError, NoBoardError, SnakebotError
+from snakebot.links import multicast
 from snakebot.links.base import Link
+from snakebot.links.capacity import can_frames_per_s
 from snakebot.links.port import CanPort
 from snakebot.links.serial_link import open_error, set_low_latency
 from snakebot.links.slcan import SlcanDecoder, format_all
 from snakebot.links.stream import STUCK_S, FdStream
 from snakebot.links.stream_link import StreamLink
+from snakebot.nearest import did_you_mean
 
 if TYPE_CHECKING:
     import can
@@ -43,12 +46,19 @@ class CanLink(Link):
         port: how the link calls itself.
         bus: an open python-can bus, which the link closes.
         hears: identifiers to take, where the interface hands back our own frames; None takes all.
+        frames_per_s: how many frames the bus carries at most; infinity for one that is only in memory.
     """
 
-    def __init__(self, port: str, bus: can.BusABC, hears: frozenset[int] | None = None) -> None:
+    def __init__(
+        self,
+        port: str,
+        bus: can.BusABC,
+        hears: frozenset[int] | None = None,
+        frames_per_s: float = math.inf,
+    ) -> None:
         import can
 
-        super().__init__(port)
+        super().__init__(port, frames_per_s)
         self._bus = bus
         self._hears = hears
         self._closed = False
@@ -164,18 +174,27 @@ def open_can(port: CanPort, role: Role = "Host") -> Link:
     name = str(port)
     logging.getLogger("can").addHandler(logging.NullHandler())  # its troubles come back as exceptions
     if port.interface not in can.VALID_INTERFACES:
-        close = get_close_matches(port.interface, can.VALID_INTERFACES, 1)
-        hint = (
-            f"did you mean {close[0]}?"
-            if close
-            else f"python-can has {', '.join(sorted(can.VALID_INTERFACES))}"
-        )
-        raise BadInputError(f"port {name}: no CAN interface {port.interface!r}: {hint}")
+        hint = did_you_mean(port.interface, can.VALID_INTERFACES)
+        hint = hint or f"; python-can has {', '.join(sorted(can.VALID_INTERFACES))}"
+        raise BadInputError(f"port {name}: no CAN interface {port.interface!r}{hint}")
     options = {key: can.util.cast_from_string(value) for key, value in port.options}
     if port.interface == "slcan" and os.name == "posix":
         return _open_slcan(port, options)
+    bus = (_open_multicast if port.interface == "udp_multicast" else _open_bus)(port, options)
+    hears = _ids_to_hear(role) if port.interface in _ECHOES else None
+    return CanLink(name, bus, hears, can_frames_per_s(port))
+
+
+def _open_multicast(port: CanPort, options: dict[str, Any]) -> can.BusABC:
+    to_others = multicast.is_open(str(port), options)
     bus = _open_bus(port, options)
-    return CanLink(name, bus, _ids_to_hear(role) if port.interface in _ECHOES else None)
+    if not to_others:
+        try:
+            multicast.keep_within_this_computer(str(port), bus, port.channel)
+        except NoBoardError:
+            bus.shutdown()
+            raise
+    return bus
 
 
 def _open_slcan(port: CanPort, options: dict[str, Any]) -> StreamLink:
@@ -198,7 +217,12 @@ def _open_slcan(port: CanPort, options: dict[str, Any]) -> StreamLink:
         lock.close()
 
     return StreamLink(
-        str(port), FdStream(line.fileno(), close), format_all, SlcanDecoder(), set_low_latency(line)
+        str(port),
+        FdStream(line.fileno(), close),
+        format_all,
+        SlcanDecoder(),
+        can_frames_per_s(port),
+        set_low_latency(line),
     )
 
 

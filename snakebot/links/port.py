@@ -8,6 +8,8 @@
 ``can:INTERFACE/CHANNEL[?option=...&...]``    any python-can interface: ``can:socketcan/can0``,
                                               ``can:slcan//dev/ttyACM0?bitrate=1000000``,
                                               ``can:udp_multicast/239.74.163.2``
+``feetech:DEVICE[?baud=...&ids=1-5]``         Feetech bus servos on a serial adapter; the board runs in the command
+``dynamixel:DEVICE[?baud=...&ids=1,2,7-9]``   the same for Dynamixel X servos
 ============================================= =====================================================================
 
 A bare device path, ``COM`` port or pyserial URL is taken as serial.
@@ -18,15 +20,17 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Literal
 
 from snakebot.errors import BadInputError
 
-DEFAULT_BAUD = 1_000_000
+DEFAULT_BAUD = 1_000_000  # bit/s; what the reference firmware sets
 _SERIAL_EXAMPLE = "serial:/dev/ttyUSB0?baud=1000000"
 _CAN_EXAMPLE = "can:socketcan/can0 or can:slcan//dev/ttyACM0?bitrate=1000000"
 _BARE_SERIAL = re.compile(r"/|\./|~/|COM\d+$|[a-z0-9]+://", re.IGNORECASE)
 _URL = re.compile(r"[a-z][a-z0-9+]*://", re.IGNORECASE)
 _SWITCH = {"0": False, "1": True, "off": False, "on": True, "false": False, "true": True}
+_HIGHEST_ID = 252  # of a servo, in both families
 _SERIAL_OPTIONS = ("baud", "rtscts", "dtr")
 
 
@@ -78,7 +82,32 @@ class CanPort:
         return f"can:{self.interface}/{self.channel}" + _query(f"{k}={v}" for k, v in self.options)
 
 
-Port = SimPort | SerialPort | CanPort
+@dataclass(frozen=True, slots=True)
+class ServoPort:
+    """Servos that share a serial line, without a board: one in this program drives them.
+
+    ``ids`` are those of the joints, in their order; empty: as the robot's description says.
+    """
+
+    family: Literal["feetech", "dynamixel"]
+    device: str
+    baud: int = DEFAULT_BAUD
+    ids: tuple[int, ...] = ()
+
+    @property
+    def line(self) -> SerialPort:
+        """The line under it."""
+        return SerialPort(self.device, self.baud)
+
+    def __str__(self) -> str:
+        options = [f"baud={self.baud}"] if self.baud != DEFAULT_BAUD else []
+        if self.ids:
+            options.append("ids=" + ",".join(map(str, self.ids)))
+        return f"{self.family}:{self.device}" + _query(options)
+
+
+Port = SimPort | SerialPort | CanPort | ServoPort
+SERVO_FAMILIES = ("feetech", "dynamixel")
 
 
 def parse_port(text: str) -> Port:
@@ -100,10 +129,13 @@ def parse_port(text: str) -> Port:
         return _serial(text, rest)
     if colon and kind.lower() == "can":
         return _can(text, rest)
+    if colon and kind.lower() in SERVO_FAMILIES:
+        return _servos(text, kind.lower(), rest)
     if _BARE_SERIAL.match(text):
         return _serial(text, text)
     raise BadInputError(
-        f"port {text!r}: must begin with sim:, serial: or can:, for example {_SERIAL_EXAMPLE} or can:socketcan/can0"
+        f"port {text!r}: must begin with sim:, serial:, can:, feetech: or dynamixel:, "
+        f"for example {_SERIAL_EXAMPLE} or can:socketcan/can0"
     )
 
 
@@ -146,6 +178,35 @@ def _can(text: str, rest: str) -> CanPort:
             raise BadInputError(f"port {text!r}: options are name=value; an example: {_CAN_EXAMPLE}")
         options[key] = value
     return CanPort(interface, channel, tuple(options.items()))
+
+
+def _servos(text: str, family: str, rest: str) -> ServoPort:
+    example = f"{family}:/dev/ttyUSB0?baud=1000000&ids=1-5"
+    device, _, query = rest.partition("?")
+    if not device or "://" in device:
+        raise BadInputError(f"port {text!r}: must name a serial device; an example: {example}")
+    given: dict[str, str] = {}
+    for key, value, _part in _options(query):
+        if key not in ("baud", "ids") or not value:
+            raise BadInputError(f"port {text!r}: takes baud=... and ids=...; an example: {example}")
+        given[key] = value
+    ids = _ids(text, given["ids"], example) if "ids" in given else ()
+    return ServoPort(family, device, _baud(text, given.get("baud")), ids)  # type: ignore[arg-type]
+
+
+def _ids(text: str, value: str, example: str) -> tuple[int, ...]:
+    ids: list[int] = []
+    for part in value.split(","):
+        match = re.fullmatch(r"([0-9]{1,3})(?:-([0-9]{1,3}))?", part)
+        if match is None:
+            raise BadInputError(
+                f"port {text!r}: ids {value!r} must be like 1-5 or 1,2,7; an example: {example}"
+            )
+        first, last = int(match[1]), int(match[2] or match[1])
+        ids += range(first, last + 1)
+        if not first <= last <= _HIGHEST_ID or len(set(ids)) != len(ids):
+            raise BadInputError(f"port {text!r}: ids {value!r}: 0 to {_HIGHEST_ID}, rising, each once")
+    return tuple(ids)
 
 
 def _options(query: str) -> list[tuple[str, str | None, str]]:

@@ -10,17 +10,13 @@ from urllib.parse import urlsplit
 
 from firmware_protocol.framing import StreamDecoder, pack_all
 from snakebot.errors import BadInputError, NoBoardError
+from snakebot.links.capacity import serial_frames_per_s
 from snakebot.links.port import SerialPort
 from snakebot.links.stream import STUCK_S, FdStream, Stream, ThreadStream, connect_tcp
 from snakebot.links.stream_link import StreamLink
 
 _CONNECT_S = 3.0  # for TCP
-_BITS_OF_A_FRAME = 130  # 13 bytes with start and stop bits
 _READ_S = 0.1  # of pyserial's own reads, where a thread does them
-
-
-def _serial_link(port: str, stream: Stream, low_latency: bool | None = None) -> StreamLink:
-    return StreamLink(port, stream, pack_all, StreamDecoder(), low_latency)
 
 
 def open_serial(port: SerialPort) -> StreamLink:
@@ -30,21 +26,22 @@ def open_serial(port: SerialPort) -> StreamLink:
         BadInputError: the URL or the baud rate is none.
         NoBoardError: no such device, no permission, in use by another program, nobody listens.
     """
-    link = _open(port)
-    if not port.is_url:
-        link.frames_per_s = port.baud / _BITS_OF_A_FRAME
-    return link
+    stream, low_latency = open_stream(port, str(port))
+    return StreamLink(str(port), stream, pack_all, StreamDecoder(), serial_frames_per_s(port), low_latency)
 
 
-def _open(port: SerialPort) -> StreamLink:
-    name = str(port)
+def open_stream(port: SerialPort, name: str) -> tuple[Stream, bool | None]:
+    """The bytes of a serial port, and whether its driver hands them on at once (None: it has no such switch).
+
+    Raises:
+        BadInputError, NoBoardError: as ``open_serial``; ``name`` is how messages call the port.
+    """
     if port.device.lower().startswith("socket://") and os.name == "posix":
-        return _serial_link(name, _open_tcp(name, port.device))
+        return _open_tcp(name, port.device), None
     device = _open_pyserial(name, port)
     if not _has_descriptor(device):
-        return _serial_link(name, ThreadStream(device))
-    low_latency = set_low_latency(device)
-    return _serial_link(name, FdStream(device.fileno(), device.close), low_latency)
+        return ThreadStream(device), None
+    return FdStream(device.fileno(), device.close), set_low_latency(device)
 
 
 def _open_tcp(name: str, url: str) -> Stream:
@@ -113,7 +110,7 @@ def open_error(error: OSError, device: str) -> str:
     if "exclusively lock" in str(error):
         return "is in use by another program (another run, a terminal program, ModemManager): end that first"
     if "Could not configure port" in str(error):
-        return "is not a serial device"
+        return "is not a serial device; `snakebot board list` shows what there is"
     match error.errno:
         case errno.ENOENT | errno.ENODEV | errno.ENXIO:
             return "no such device: is it plugged in? `snakebot board list` shows what is there"
@@ -122,7 +119,7 @@ def open_error(error: OSError, device: str) -> str:
         case errno.EBUSY | errno.EAGAIN:
             return "is in use by another program: end that first"
         case errno.ENOTTY | errno.EISDIR | errno.EINVAL:
-            return "is not a serial device"
+            return "is not a serial device; `snakebot board list` shows what there is"
     return f"cannot be opened: {_reason(error)}"
 
 

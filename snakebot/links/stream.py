@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from typing import Any, Protocol
 
-_CHUNK = 65536
+_CHUNK = 65536  # bytes; a pipe's buffer on Linux
 STUCK_S = 0.08  # a line that takes no byte for this long is not one that can carry a control loop
 
 

@@ -29,6 +29,7 @@ class StreamLink(Link):
         stream: the bytes.
         pack: frames to bytes.
         decoder: bytes to frames.
+        frames_per_s: how many frames the line carries at most.
         low_latency: True when the driver was switched to hand every byte on at once, None where it has no such switch.
     """
 
@@ -38,9 +39,10 @@ class StreamLink(Link):
         stream: Stream,
         pack: Callable[[Iterable[Frame]], bytes],
         decoder: Decoder,
+        frames_per_s: float,
         low_latency: bool | None = None,
     ) -> None:
-        super().__init__(port)
+        super().__init__(port, frames_per_s)
         self.low_latency = low_latency
         self._stream = stream
         self._pack = pack

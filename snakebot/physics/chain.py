@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.physics import kernel, rosenbrock
 from snakebot.physics.compiled import jit
@@ -18,7 +19,6 @@ from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Vector = npt.NDArray[np.float64]
 
 __all__ = ["FREE", "PRESCRIBED", "TORQUE", "Chain", "Drive"]
 
@@ -35,12 +35,12 @@ class Drive:
     """
 
     kind: npt.NDArray[np.int64]
-    angle_rad: Vector
-    rate_rad_s: Vector
-    torque_nm: Vector
+    angle_rad: Floats
+    rate_rad_s: Floats
+    torque_nm: Floats
 
     @classmethod
-    def at_rest(cls, joints: int, angle_rad: Sequence[float] | Vector | float = 0.0) -> Drive:
+    def at_rest(cls, joints: int, angle_rad: Sequence[float] | Floats | float = 0.0) -> Drive:
         """All joints held at an angle."""
         angle = np.broadcast_to(np.asarray(angle_rad, dtype=np.float64), (joints,)).copy()
         return cls(
@@ -90,7 +90,7 @@ class Chain:
 
     def reset(
         self,
-        joint_angle_rad: Sequence[float] | Vector | float = 0.0,
+        joint_angle_rad: Sequence[float] | Floats | float = 0.0,
         x_m: float = 0.0,
         y_m: float = 0.0,
         heading_rad: float = 0.0,
@@ -135,18 +135,18 @@ class Chain:
     def power_dissipated_w(self) -> float:
         return float(self._power[1])
 
-    def link_positions_m(self) -> Vector:
+    def link_positions_m(self) -> Floats:
         """Centres of the links, (links, 2)."""
         return self._link_rows(kernel.X, kernel.Y) + self.com_m
 
-    def link_velocities_m_s(self) -> Vector:
+    def link_velocities_m_s(self) -> Floats:
         """Velocities of the links' centres, (links, 2)."""
         return self._link_rows(kernel.VX, kernel.VY)
 
-    def link_angles_rad(self) -> Vector:
+    def link_angles_rad(self) -> Floats:
         """Absolute angles of the links, (links,)."""
         first = kernel.first_angle(self.heading_rad, self.joint_angle_rad, self.model.links)
-        angles: Vector = first + np.concatenate(([0.0], np.cumsum(self.joint_angle_rad)))
+        angles: Floats = first + np.concatenate(([0.0], np.cumsum(self.joint_angle_rad)))
         return angles
 
     def energy_j(self) -> float:
@@ -156,7 +156,7 @@ class Chain:
         kinetic = 0.5 * np.sum(m * np.sum(velocity**2, axis=1)) + 0.5 * np.sum(J * rate**2)
         return float(kinetic + np.sum(m) * self._slope * self.com_m[0])
 
-    def _link_rows(self, first: int, second: int) -> Vector:
+    def _link_rows(self, first: int, second: int) -> Floats:
         no_acceleration = np.zeros(self.model.joints)
         kernel.kinematics(
             self.model.packed,

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import contextlib
 from pathlib import Path
+from typing import Any
 
 from numba import njit
+from numba.core import event
 
 _HERE = Path(__file__).resolve().parent
 
 # Sources that are built into others, and whose compiled code they are built into.
 _BUILT_INTO = (
     (("compiled", "lanes", "elementary", "kernel", "rosenbrock"), "*.nbi"),
-    (("servo", "servo_layout", "servo_grip"), "servo*.nbi"),
+    (("servo", "servo_chain", "servo_first_order", "servo_layout", "servo_grip", "servo_loop"), "servo*.nbi"),
 )
 
 
@@ -36,3 +38,25 @@ drop_stale_caches()
 _FAST = {"contract", "nsz", "arcp"}
 
 jit = njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+
+
+class _Compiling(event.Listener):
+    """Notes that a kernel is being compiled; one that is loaded from disk is not."""
+
+    begun = 0
+    ended = 0
+
+    def on_start(self, event: Any) -> None:
+        self.begun += 1
+
+    def on_end(self, event: Any) -> None:
+        self.ended += 1
+
+
+_compiling = _Compiling()
+event.register("numba:compile", _compiling)  # type: ignore[no-untyped-call]
+
+
+def compiles() -> bool:
+    """Whether a kernel is being compiled now, in whichever thread."""
+    return _compiling.begun > _compiling.ended

@@ -12,16 +12,16 @@ from snakebot.physics.compiled import jit
 from snakebot.physics.lanes import at_most, magnitude, power_of_two
 
 _ROUND = 1.5 * 2.0**52  # adding and taking it off again rounds to an integer
-_ONE_OVER_PI = 1.0 / math.pi
-_PI_HIGH = 3.141592653589793116
+_ONE_OVER_PI = 1.0 / math.pi  # for the reduction of an argument to half a turn
+_PI_HIGH = 3.141592653589793116  # pi to double precision
 _PI_LOW = 1.2246467991473532e-16  # pi - _PI_HIGH
-_ONE_OVER_LN2 = 1.4426950408889634
+_ONE_OVER_LN2 = 1.4426950408889634  # for the reduction of an exponent
 _LN2_HIGH = 6.93147180369123816490e-01  # its last bits are 0, so that k times it is exact
-_LN2_LOW = 1.90821492927058770002e-10
+_LN2_LOW = 1.90821492927058770002e-10  # ln 2 - _LN2_HIGH
 _S = tuple((-1.0) ** i / math.factorial(2 * i + 1) for i in range(11))
 _C = tuple((-1.0) ** i / math.factorial(2 * i) for i in range(11))
 _E = tuple(1.0 / math.factorial(i + 1) for i in range(13))
-_TINY = 1e-300
+_TINY = 1e-300  # m/s; keeps a direction finite, far below any speed
 
 S1, S2, S3, S4, S5, S6, S7, S8, S9, S10 = _S[1:]
 C1, C2, C3, C4, C5, C6, C7, C8, C9, C10 = _C[1:]

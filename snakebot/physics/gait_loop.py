@@ -21,13 +21,13 @@ MEASURES = ("dx", "dy", "heading", "power_in", "power_dissipated", "turn", "squa
 
 # Rows of the joints' scratch.
 (PHI, DPHI, ACC, PHI_END, DPHI_END, ACC_END, PUSH, MEAN_TORQUE, GAP, STIFFNESS, DAMPING) = range(11)
-JOINT_ROWS = 11
+JOINT_ROWS = 11  # as many as there are names above
 
 
 @jit
 def run_blocks(
-    first: int, last: int, drives: Any, links: Any, slope: float, gains: Any, kind: Any, stuck: Any, cycles: int,
-    steps: int, out: Any, trace: Any,
+    first: int, last: int, drives: Any, links: Any, slope: float, gains: Any, kind: Any, stuck: Any, share: Any,
+    cycles: int, steps: int, out: Any, trace: Any,
 ) -> None:  # fmt: skip
     n = links.shape[1]
     for block in range(first, last):
@@ -45,6 +45,7 @@ def run_blocks(
             gains,
             kind,
             stuck,
+            share,
             cycles,
             steps,
             out,
@@ -55,7 +56,7 @@ def run_blocks(
 @jit
 def _block(
     block: int, memory: Any, results_memory: Any, history: Any, drives: Any, links: Any, slope: float, gains: Any,
-    kind: Any, stuck: Any, cycles: int, steps: int, out: Any, trace: Any,
+    kind: Any, stuck: Any, share: Any, cycles: int, steps: int, out: Any, trace: Any,
 ) -> None:  # fmt: skip
     """Eight gaits into lanes, and their results out of them. The last block repeats the last gait to be full."""
     count, averaged, measures = out.shape
@@ -67,7 +68,19 @@ def _block(
         for column in range(6):
             put_lane(rows, 0, column, lane, drives[gait, column])
     _eight_gaits(
-        rows, links, slope, gains, kind, stuck, cycles, steps, averaged, results, record, trace.shape[0]
+        rows,
+        links,
+        slope,
+        gains,
+        kind,
+        stuck,
+        share,
+        cycles,
+        steps,
+        averaged,
+        results,
+        record,
+        trace.shape[0],
     )
     for lane in range(min(WIDTH, count - block * WIDTH)):
         for cycle in range(averaged):
@@ -85,8 +98,8 @@ SCRATCH_ROWS = 3 + JOINT_ROWS + rosenbrock.STAGE_ROWS + WORK_ROWS
 
 @jit
 def _eight_gaits(
-    rows: Any, links: Any, slope: float, gains: Any, kind: Any, stuck: Any, cycles: int, steps: int, averaged: int,
-    results: Any, record: Any, recorded: int,
+    rows: Any, links: Any, slope: float, gains: Any, kind: Any, stuck: Any, share: Any, cycles: int, steps: int,
+    averaged: int, results: Any, record: Any, recorded: int,
 ) -> None:  # fmt: skip
     k = links.shape[1] - 1
     gait, base, power = rows[0], rows[1], rows[2]
@@ -99,7 +112,7 @@ def _eight_gaits(
         if kind[j] == TORQUE:
             joints[STIFFNESS, j] = gains[0]
             joints[DAMPING, j] = gains[2]
-    _reference(gait, 0, steps, kind, stuck, joints[PHI], joints[DPHI], joints[ACC])
+    _reference(gait, 0, steps, kind, stuck, share, joints[PHI], joints[DPHI], joints[ACC])
     if recorded > 0:
         _write(record[0], k, base, power, joints)
     for cycle in range(cycles):
@@ -108,7 +121,9 @@ def _eight_gaits(
         heading, power_in, lost, error = 0.0 * h, 0.0 * h, 0.0 * h, 0.0 * h
         for i in range(steps):
             now = cycle * steps + i + 1
-            _reference(gait, now, steps, kind, stuck, joints[PHI_END], joints[DPHI_END], joints[ACC_END])
+            _reference(
+                gait, now, steps, kind, stuck, share, joints[PHI_END], joints[DPHI_END], joints[ACC_END]
+            )
             for j in range(k):
                 joints[GAP, j] = joints[PHI_END, j] - h * joints[DPHI_END, j] - joints[PHI, j]
             rosenbrock.step(
@@ -139,7 +154,7 @@ def _eight_gaits(
 
 @jit
 def _reference(
-    gait: Any, step: int, steps: int, kind: Any, stuck: Any, phi: Any, dphi: Any, acc: Any
+    gait: Any, step: int, steps: int, kind: Any, stuck: Any, share: Any, phi: Any, dphi: Any, acc: Any
 ) -> None:
     """Angle, rate and acceleration at a step of joints that follow the gait or are stuck; free joints are left alone.
 
@@ -162,8 +177,8 @@ def _reference(
             acc[j] = 0.0
         else:
             sine, cosine = sine_cosine(turn + j * beta - late)
-            f = alpha * sine
-            df = alpha * cosine
+            f = share[j] * alpha * sine
+            df = share[j] * alpha * cosine
             phi[j] = ramp * (f + offset)
             dphi[j] = omega * (d_ramp * (f + offset) + ramp * df)
             acc[j] = omega * omega * (dd_ramp * (f + offset) + 2.0 * d_ramp * df - ramp * f)

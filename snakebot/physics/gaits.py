@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.physics.gait_loop import MEASURES, run_blocks
 from snakebot.physics.kernel import FREE, PRESCRIBED, TORQUE
@@ -18,10 +19,9 @@ from snakebot.physics.lanes import WIDTH
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
 from snakebot.physics.trajectory import Trajectory
 
-Vector = npt.NDArray[np.float64]
-
 # With these, halving the step moves the speed and power of a gait worth walking by less than 0.2 %.
 VISCOUS_STEPS_PER_CYCLE = 200
+# Friction that jumps at zero speed needs shorter steps (tests/physics/test_physics_convergence.py).
 COULOMB_STEPS_PER_CYCLE = 800
 FREE_STEPS_PER_CYCLE = 1600  # a swinging link, or one on a stiff servo, answers faster than the gait
 EPS_SHARE = 0.005  # of alpha omega l, the speed that the gait itself gives to the links
@@ -55,13 +55,13 @@ class GaitResults:
         tracking_error: root mean square of reference less angle over alpha, all driven joints (37); 0 when prescribed.
     """
 
-    gaits: Vector
-    speed_m_s: Vector
-    forward_speed_m_s: Vector
-    power_in_w: Vector
-    power_dissipated_w: Vector
-    turn_rad: Vector
-    tracking_error: Vector
+    gaits: Floats
+    speed_m_s: Floats
+    forward_speed_m_s: Floats
+    power_in_w: Floats
+    power_dissipated_w: Floats
+    turn_rad: Floats
+    tracking_error: Floats
 
 
 def simulate_gaits(
@@ -77,6 +77,7 @@ def simulate_gaits(
     steps_per_cycle: int | None = None,
     eps_m_s: float | None = None,
     threads: int | None = None,
+    shares: npt.ArrayLike = (),
 ) -> GaitResults:
     """Simulate serpentine gaits (27) from rest and average the last cycles.
 
@@ -94,13 +95,14 @@ def simulate_gaits(
         steps_per_cycle: time steps in one period 2 pi / omega; by default enough for an error of about 0.1 %.
         eps_m_s: another width of the regularised sign, the same for all gaits.
         threads: how many cores work; by default all that this process may use. The results do not depend on it.
+        shares: amplitude of each joint as a share of alpha, the same in all gaits; none: alpha everywhere.
 
     Raises:
         BadInputError: a shape, a joint or a number that makes no sense.
     """
     table = _gait_table(gaits)
     drives, setup = _setup(
-        model, table, free_joints, rigid_joints, servo_time_constant_s, pid, cycles, steps_per_cycle
+        model, table, free_joints, rigid_joints, servo_time_constant_s, pid, cycles, steps_per_cycle, shares
     )
     if not 1 <= averaged_cycles <= cycles:
         raise BadInputError(f"physics: cannot average the last {averaged_cycles} of {cycles} cycles")
@@ -134,7 +136,7 @@ def gait_eps_m_s(model: ChainModel, alpha_rad: float, omega_rad_s: float) -> flo
     return float(_gait_eps(model, np.array(alpha_rad), np.array(omega_rad_s)))
 
 
-def _gait_eps(model: ChainModel, alpha_rad: Vector, omega_rad_s: Vector) -> Vector:
+def _gait_eps(model: ChainModel, alpha_rad: Floats, omega_rad_s: Floats) -> Floats:
     own = EPS_SHARE * np.abs(alpha_rad) * omega_rad_s * model.half_length.mean()
     return np.minimum(model.eps, np.where(own > 0, own, model.eps))
 
@@ -167,19 +169,20 @@ def gait_trajectory(
     )  # fmt: skip
 
 
-_Setup = tuple[Vector, float, Vector, npt.NDArray[np.int64], Vector, int, int]
+_Setup = tuple[Floats, float, Floats, npt.NDArray[np.int64], Floats, Floats, int, int]
 
 
 def _setup(
     model: ChainModel,
-    table: Vector,
+    table: Floats,
     free_joints: Iterable[int],
     rigid_joints: Iterable[int] | Mapping[int, float],
     servo_time_constant_s: float,
     pid: Pid | None,
     cycles: int,
     steps_per_cycle: int | None,
-) -> tuple[Vector, _Setup]:
+    shares: npt.ArrayLike = (),
+) -> tuple[Floats, _Setup]:
     """The arguments of the compiled loop, checked: rows (alpha, beta, omega, offset, lag angle, eps), and the rest.
 
     The lag's answer to a sine is a sine of less amplitude, later.
@@ -191,6 +194,10 @@ def _setup(
         raise BadInputError(
             f"physics: the servo time constant must be 0 or more, it is {servo_time_constant_s}"
         )
+    given = np.asarray(shares, dtype=np.float64)
+    if given.shape not in ((0,), (model.joints,)):
+        raise BadInputError(f"physics: {given.size} amplitudes do not fit {model.joints} joints")
+    share = given.copy() if given.size else np.ones(model.joints)
     gains = np.zeros(3)
     if pid is not None:
         kind[(kind == PRESCRIBED) & np.isnan(stuck)] = TORQUE
@@ -203,7 +210,7 @@ def _setup(
     eps = _gait_eps(model, table[:, 0], table[:, 2])
     drives = np.column_stack((table[:, 0] * np.cos(late), table[:, 1:], late, eps))
     slope = STANDARD_GRAVITY_M_S2 * math.sin(model.slope_rad)
-    return drives, (model.packed, slope, gains, kind, stuck, cycles, steps_per_cycle)
+    return drives, (model.packed, slope, gains, kind, stuck, share, cycles, steps_per_cycle)
 
 
 def default_steps_per_cycle(model: ChainModel, *, all_prescribed: bool = True) -> int:
@@ -216,7 +223,7 @@ def default_steps_per_cycle(model: ChainModel, *, all_prescribed: bool = True) -
 
 def joint_kinds(
     joints: int, free_joints: Iterable[int], rigid_joints: Iterable[int] | Mapping[int, float]
-) -> tuple[npt.NDArray[np.int64], Vector]:
+) -> tuple[npt.NDArray[np.int64], Floats]:
     """Kind of each joint and the angle it is stuck at (NaN: it follows the gait)."""
     kind = np.full(joints, PRESCRIBED, dtype=np.int64)
     stuck = np.full(joints, np.nan)
@@ -237,7 +244,7 @@ def joint_kinds(
     return kind, stuck
 
 
-def _gait_table(gaits: npt.ArrayLike) -> Vector:
+def _gait_table(gaits: npt.ArrayLike) -> Floats:
     table = np.atleast_2d(np.asarray(gaits, dtype=np.float64))
     if table.ndim != 2 or table.shape[1] not in (3, 4):
         raise BadInputError(
@@ -254,7 +261,7 @@ def _gait_table(gaits: npt.ArrayLike) -> Vector:
     return np.ascontiguousarray(table)
 
 
-def _batch(drives: Vector, setup: _Setup, out: Vector, trace: Vector, threads: int | None = None) -> None:
+def _batch(drives: Floats, setup: _Setup, out: Floats, trace: Floats, threads: int | None = None) -> None:
     """All gaits, eight at once on each core. ``out``: (G, averaged cycles, measures); ``trace``: of the first gait.
 
     The threads are Python's own: the compiled loop lets the interpreter go, and a program that forks stays safe, which

@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
+
+from snakebot.arrays import Floats
 
 if TYPE_CHECKING:
     from snakebot.physics.model import ChainModel
 
-Vector = npt.NDArray[np.float64]
 
-
-def felt_inertia_kg_m2(model: ChainModel) -> Vector:
+def felt_inertia_kg_m2(model: ChainModel) -> Floats:
     """(joints,) torque per angular acceleration at the straight pose, the body floating."""
     n = model.links
     rotation = np.hstack(
@@ -26,5 +25,5 @@ def felt_inertia_kg_m2(model: ChainModel) -> Vector:
         lateral[i] = lateral[i - 1] + turn
     mass = lateral.T @ (model.mass[:, None] * lateral) + rotation.T @ (model.inertia[:, None] * rotation)
     base, cross, joints = mass[:2, :2], mass[:2, 2:], mass[2:, 2:]
-    felt: Vector = np.diag(joints - cross.T @ np.linalg.solve(base, cross)).copy()
+    felt: Floats = np.diag(joints - cross.T @ np.linalg.solve(base, cross)).copy()
     return felt

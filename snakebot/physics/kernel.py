@@ -34,7 +34,7 @@ PRESCRIBED, TORQUE, FREE = 0, 1, 2
     UX, UY, UA, DINV, UU,
     AX, AY, AA, PIN, PDIS, FX, FY, FA,
 ) = range(35)  # fmt: skip
-WORK_ROWS = 35
+WORK_ROWS = 35  # as many as there are names below
 
 
 @jit

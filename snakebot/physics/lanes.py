@@ -27,10 +27,10 @@ from numba.extending import (
     register_model,
 )
 
-WIDTH = 8
+WIDTH = 8  # doubles in a vector: 512 bits
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _BITS = ir.VectorType(ir.IntType(64), WIDTH)
-_ALIGN = 8 * WIDTH
+_ALIGN = 8 * WIDTH  # bytes of such a vector
 
 
 class LanesType(types.Type):

@@ -7,20 +7,20 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
+from snakebot.robot import MAX_LINKS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from snakebot.robot import Body
 
-Vector = npt.NDArray[np.float64]
 
-STANDARD_GRAVITY_M_S2 = 9.80665
-DEFAULT_EPS_M_S = 1e-3
-MIN_LINKS, MAX_LINKS = 2, 32
+STANDARD_GRAVITY_M_S2 = 9.80665  # the standard value (CGPM 1901)
+DEFAULT_EPS_M_S = 1e-3  # speed below which dry friction is smoothed; chosen, a hundredth of a slow gait's
+MIN_LINKS = 2  # one joint
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,17 +38,17 @@ class ChainModel:
         eps: speed over which the regularised sign, tanh(v / eps), of the Coulomb term turns, m/s.
     """
 
-    mass: Vector
-    half_length: Vector
-    inertia: Vector
-    ct: Vector
-    cn: Vector
-    ct0: Vector
-    cn0: Vector
-    contact: Vector
+    mass: Floats
+    half_length: Floats
+    inertia: Floats
+    ct: Floats
+    cn: Floats
+    ct0: Floats
+    cn0: Floats
+    contact: Floats
     slope_rad: float = 0.0
     eps: float = DEFAULT_EPS_M_S
-    packed: Vector = field(init=False, repr=False)  # (rows, n) as the compiled kernels read it
+    packed: Floats = field(init=False, repr=False)  # (rows, n) as the compiled kernels read it
 
     def __post_init__(self) -> None:
         n = np.size(self.mass)
@@ -89,8 +89,8 @@ class ChainModel:
     def from_body(
         cls,
         body: Body,
-        added_mass_kg: float | Sequence[float] | Vector | None = None,
-        extra_drag_n: float | Sequence[float] | Vector | None = None,
+        added_mass_kg: float | Sequence[float] | Floats | None = None,
+        extra_drag_n: float | Sequence[float] | Floats | None = None,
         *,
         eps: float = DEFAULT_EPS_M_S,
     ) -> ChainModel:
@@ -130,20 +130,20 @@ class ChainModel:
         return self.links - 1
 
     @property
-    def rotational_drag(self) -> Vector:
+    def rotational_drag(self) -> Floats:
         """Friction torque over angular speed of each link, N m s.
 
         The printed c_n J / m (11)-(12) is the integral of c_n s^2 / (2 l) over the length of a uniform link,
         c_n l^2 / 3. In this form a payload does not change it.
         """
-        drag: Vector = self.contact * self.cn * self.half_length**2 / 3
+        drag: Floats = self.contact * self.cn * self.half_length**2 / 3
         return drag
 
     def with_eps(self, eps: float) -> ChainModel:
         return replace(self, eps=eps)
 
 
-def _per_link(value: float | Sequence[float] | Vector | None, links: int, name: str) -> Vector:
+def _per_link(value: float | Sequence[float] | Floats | None, links: int, name: str) -> Floats:
     given = np.asarray(0.0 if value is None else value, dtype=np.float64)
     if given.shape not in ((), (links,)):
         raise BadInputError(

@@ -5,7 +5,8 @@ response; rate limit; torque limit; dry friction against the position loop; sag 
 parameter is at its neutral value costs next to nothing. See ``servo_layout`` for the columns.
 
 Set-points are held between ticks, so the response over a step is known in closed form: first order with dead band and
-rate limit exactly, second order exactly while neither bites. The step size does not show.
+rate limit exactly, second order exactly while neither bites. The step size does not show. A position loop
+(``servo_loop``) takes the place of lag and limits where there is one.
 
 Load. ``load_nm`` is the torque that the servo has to exert, positive where it pushes the joint to larger angles. Under
 a known load, or with an arm on a bench, sag, dry friction and play that the load takes up are quasi-static here. In a
@@ -39,6 +40,7 @@ from snakebot.physics.servo_layout import (
     LOCK_RAD,
     LOCKED,
     LOOP_COMPLIANCE_RAD_NM,
+    LOOP_STIFFNESS_NM_RAD,
     MOTOR,
     MOTOR_RATE,
     NATURAL_FREQ_RAD_S,
@@ -57,6 +59,7 @@ from snakebot.physics.servo_layout import (
     TIME_CONSTANT_S,
     TORQUE_LIMIT_NM,
 )
+from snakebot.physics.servo_loop import loop_step, loop_swing
 
 LOWEST_RATE_SHARE = 0.02  # a sagging rate limit never quite reaches zero
 
@@ -94,38 +97,44 @@ def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: f
         return
     if p[LOCKED] == FREE_JOINT or math.isnan(setpoint):
         s[POWERED] = 0.0
-        if p[ARM_INERTIA_KG_M2] > 0.0:
+        if p[LOOP_STIFFNESS_NM_RAD] > 0.0:
+            s[OUTPUT], s[OUTPUT_RATE] = loop_swing(s[OUTPUT], s[OUTPUT_RATE], p, load_in, dt)
+        elif p[ARM_INERTIA_KG_M2] > 0.0:
             _swing(s, p, dt)
         else:
             s[OUTPUT_RATE] = 0.0
         return
     waking = s[POWERED] == 0.0
     load = load_in
+    loop = p[LOOP_STIFFNESS_NM_RAD] > 0.0
     if p[ARM_GRAVITY_NM] != 0.0:
         load += p[ARM_GRAVITY_NM] * math.sin((s[OUTPUT] if waking else s[MOTOR]) - p[ARM_DOWN_RAD])
     if waking:
         _wake(s, p, load)
 
     target = p[GAIN] * p[SIGN] * setpoint + p[OFFSET_RAD]
-    if p[NATURAL_FREQ_RAD_S] > 0.0 and p[TIME_CONSTANT_S] > 0.0:
+    if (p[NATURAL_FREQ_RAD_S] > 0.0 or loop) and p[TIME_CONSTANT_S] > 0.0:
         middle = target + (s[FILTERED] - target) * math.exp(-0.5 * dt / p[TIME_CONSTANT_S])
         s[FILTERED] = target + (s[FILTERED] - target) * math.exp(-dt / p[TIME_CONSTANT_S])
         target = middle
 
     start = s[MOTOR]
     motor_rate = s[MOTOR_RATE]
-    s[MOTOR], s[MOTOR_RATE] = _motor(s[MOTOR], motor_rate, p, target, load, t, dt)
-    if p[ARM_INERTIA_KG_M2] > 0.0 and p[TORQUE_LIMIT_NM] < math.inf:
+    if loop:
+        s[MOTOR], s[MOTOR_RATE] = loop_step(s[MOTOR], motor_rate, p, target, load_in, dt)
+    else:
+        s[MOTOR], s[MOTOR_RATE] = _motor(s[MOTOR], motor_rate, p, target, load, t, dt)
+    if not loop and p[ARM_INERTIA_KG_M2] > 0.0 and p[TORQUE_LIMIT_NM] < math.inf:
         _limit_torque(s, p, start, motor_rate, load, dt)
 
     motor = s[MOTOR] + s[HELD_BACK]
-    loop = p[LOOP_COMPLIANCE_RAD_NM]
-    s[DRAGGED] = _play(s[DRAGGED], motor - load * loop, p[COULOMB_NM] * loop)
-    centre, play = s[DRAGGED] - load * p[COMPLIANCE_RAD_NM], 0.5 * p[BACKLASH_RAD]
+    give = p[LOOP_COMPLIANCE_RAD_NM]
+    s[DRAGGED] = play(s[DRAGGED], motor - load * give, p[COULOMB_NM] * give)
+    centre, slack = s[DRAGGED] - load * p[COMPLIANCE_RAD_NM], 0.5 * p[BACKLASH_RAD]
     if p[BACKLASH_LOADED] > 0.0:  # quasi-static: it rests on the side that bears the load
-        s[OUTPUT] = centre if load == 0.0 else centre - math.copysign(play, load)
+        s[OUTPUT] = centre if load == 0.0 else centre - math.copysign(slack, load)
     else:
-        s[OUTPUT] = _play(s[OUTPUT], centre, play)
+        s[OUTPUT] = play(s[OUTPUT], centre, slack)
     s[OUTPUT_RATE] = (s[OUTPUT] - before) / dt
 
 
@@ -137,13 +146,14 @@ def _wake(s: Any, p: Any, load: float) -> None:
     s[DRAGGED] = s[OUTPUT] + load * p[COMPLIANCE_RAD_NM]
     s[MOTOR] = s[DRAGGED] + load * p[LOOP_COMPLIANCE_RAD_NM]
     s[FILTERED] = s[MOTOR]
-    s[MOTOR_RATE] = s[OUTPUT_RATE] if p[NATURAL_FREQ_RAD_S] > 0.0 else 0.0
+    moves_on = p[NATURAL_FREQ_RAD_S] > 0.0 or p[LOOP_STIFFNESS_NM_RAD] > 0.0
+    s[MOTOR_RATE] = s[OUTPUT_RATE] if moves_on else 0.0
     s[SMOOTH] = s[OUTPUT]
     s[SMOOTH_RATE] = s[OUTPUT_RATE]
 
 
 @jit
-def _play(output: float, centre: float, half_width: float) -> float:
+def play(output: float, centre: float, half_width: float) -> float:
     """The play operator: the output stays where it is unless the centre pulls or pushes it along."""
     if output < centre - half_width:
         return centre - half_width
@@ -157,23 +167,48 @@ def _motor(
     x: float, v: float, p: Any, target: float, load: float, t: float, dt: float
 ) -> tuple[float, float]:
     """Angle and rate of the motor after a step towards ``target``."""
-    error = target - x
-    band = p[DEADBAND_RAD]
-    idle = abs(error) <= band and band > 0.0
-    hard = p[DEADBAND_HARD] > 0.0
-    goal = x if idle else target - math.copysign(0.0 if hard else band, error)
-    limit = p[RATE_LIMIT_RAD_S]
-    if limit < math.inf and (p[RATE_DROP_PER_S] != 0.0 or p[RATE_DROP_PER_NM] != 0.0):
-        opposing = load if goal > x else -load
-        share = math.exp(-p[RATE_DROP_PER_S] * (t + 0.5 * dt)) * (1.0 - p[RATE_DROP_PER_NM] * opposing)
-        limit *= max(LOWEST_RATE_SHARE, share)
+    band, hard = p[DEADBAND_RAD], p[DEADBAND_HARD] > 0.0
+    goal, idle = goal_of(x, target, band, hard)
+    limit = falling_limit(
+        p[RATE_LIMIT_RAD_S],
+        p[RATE_DROP_PER_S],
+        p[RATE_DROP_PER_NM],
+        load if goal > x else -load,
+        t + 0.5 * dt,
+    )
     if p[NATURAL_FREQ_RAD_S] > 0.0:
         return _second_order(x, v, goal, idle, p[NATURAL_FREQ_RAD_S], p[DAMPING_RATIO], limit, dt)
-    left = _decay(goal - x, p[TIME_CONSTANT_S], limit, dt)
-    if hard and not idle and abs(left) < band:
-        left = math.copysign(band, error)  # at the edge of the band the drive goes off
-    new = goal - left
+    new = first_order(x, target, band, hard, p[TIME_CONSTANT_S], limit, dt)
     return new, (new - x) / dt
+
+
+@jit
+def falling_limit(limit: float, per_s: float, per_nm: float, opposing: float, t: float) -> float:
+    """A rate limit after ``t`` seconds, against a load of ``opposing`` N m."""
+    if limit < math.inf and (per_s != 0.0 or per_nm != 0.0):
+        limit *= max(LOWEST_RATE_SHARE, math.exp(-per_s * t) * (1.0 - per_nm * opposing))
+    return limit
+
+
+@jit
+def goal_of(x: float, target: float, band: float, hard: bool) -> tuple[float, bool]:
+    """Where the motor is driven to, and whether it is not driven: within its dead band."""
+    error = target - x
+    if abs(error) <= band and band > 0.0:
+        return x, True
+    return target - math.copysign(0.0 if hard else band, error), False
+
+
+@jit
+def first_order(
+    x: float, target: float, band: float, hard: bool, tau: float, limit: float, dt: float
+) -> float:
+    """Angle of a first-order motor after a step towards ``target``, exact for any ``dt``."""
+    goal, idle = goal_of(x, target, band, hard)
+    left = _decay(goal - x, tau, limit, dt)
+    if hard and not idle and abs(left) < band:
+        left = math.copysign(band, target - x)  # at the edge of the band the drive goes off
+    return goal - left
 
 
 @jit

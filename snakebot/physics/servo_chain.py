@@ -69,6 +69,13 @@ class Samples:
     torque: Vector  # (T, joints) of the chain, mean since the sample before
     power: Vector  # (T, 2) put in, lost to the ground, mean since the sample before
 
+    @classmethod
+    def zeros(cls, size: int, joints: int) -> Samples:
+        return cls(
+            np.zeros((size, joints)), np.zeros((size, 6)), np.zeros((size, joints)), np.zeros((size, joints)),
+            np.zeros((size, 2)),
+        )  # fmt: skip
+
 
 class DrivenChain:
     """Servos with or without a body, at one moment of time; ``run`` takes them on.
@@ -105,12 +112,26 @@ class DrivenChain:
         self._body = _Body(model, params, self.state[:, OUTPUT], pose)
         self.params = np.array(params)
         if model is not None:  # the chain sees to these, see servo_grip
-            for column in (layout.COULOMB_NM, layout.LOOP_COMPLIANCE_RAD_NM, layout.COMPLIANCE_RAD_NM):
+            for column in (
+                layout.COULOMB_NM,
+                layout.LOOP_COMPLIANCE_RAD_NM,
+                layout.COMPLIANCE_RAD_NM,
+                layout.LOOP_STIFFNESS_NM_RAD,
+            ):
                 self.params[:, column] = 0.0
             self.params[layout.loose(params), layout.BACKLASH_RAD] = 0.0
             line = self.params[:, layout.RATE_DROP_PER_NM] > 0
             self.params[line, layout.RATE_LIMIT_RAD_S] = math.inf
             self.params[line, layout.RATE_DROP_PER_NM] = self.params[line, layout.RATE_DROP_PER_S] = 0.0
+        self._moving = (
+            self._clock, self.t_start_s, self.grid_s, self._fine,
+            self.state, self.params, self.setpoint, self.load,
+        )  # fmt: skip
+        self._body_arguments = self._body.arguments()
+        self._until, self._one = np.zeros(1), Samples.zeros(1, joints)
+        self._no_times, self._no_rows = np.zeros(0), np.zeros((0, joints))
+        self._carried = np.zeros(6)
+        _carry_on(self._body.base, self._carried)
 
     @property
     def t_s(self) -> float:
@@ -124,9 +145,7 @@ class DrivenChain:
     @property
     def base(self) -> Vector:
         """(6,) x, y, heading of the centre of mass and their rates, see ``Samples``; zeros on a bench."""
-        base = np.zeros(6)
-        _carry_on(self._body.base, base)
-        return base
+        return self._carried
 
     def run(
         self,
@@ -148,25 +167,52 @@ class DrivenChain:
             load_t_s, load_nm: (L,), (L, joints): torques on the servos that are known, where there is no body.
             known_rad: (T, joints) measured angles; an unpowered joint takes them where they are not NaN.
         """
-        size, joints = t_s.size, self.params.shape[0]
-        out = Samples(
-            np.zeros((size, joints)), np.zeros((size, 6)), np.zeros((size, joints)), np.zeros((size, joints)),
-            np.zeros((size, 2)),
-        )  # fmt: skip
-        nothing = np.zeros((0, joints))
+        out = Samples.zeros(t_s.size, self.params.shape[0])
         given = load_nm is not None and load_t_s is not None
-        _run(  # type: ignore[call-arg]
-            self._clock, self.t_start_s, self.grid_s, self._fine, self.state, self.params, self.setpoint, self.load,
-            _plain(t_s), _plain(switch_s), _plain(setpoint_rad), since_s,
-            _plain(load_t_s if given else np.zeros(0)), _plain(load_nm if given else nothing),
-            _plain(nothing if known_rad is None else known_rad),
-            *self._body.arguments(),
-            out.angle, out.base, out.load, out.torque, out.power,
-        )  # fmt: skip
+        self._go(
+            (plain(t_s), plain(switch_s), plain(setpoint_rad), since_s),
+            plain(load_t_s if given else self._no_times),
+            plain(load_nm if given else self._no_rows),
+            plain(self._no_rows if known_rad is None else known_rad),
+            out,
+        )
         return out
 
+    def go_to(
+        self,
+        t_s: float,
+        switch_s: Vector | None = None,
+        setpoint_rad: Vector | None = None,
+        *,
+        since_s: float = 0.0,
+    ) -> Samples:
+        """``run`` to one time, for whoever goes on many times a second: the next call overwrites what it returns."""
+        out = self._one
+        out.torque.fill(0.0)
+        out.power.fill(0.0)
+        self._until[0] = t_s
+        switches = self._no_times if switch_s is None else switch_s
+        table = self._no_rows if setpoint_rad is None else setpoint_rad
+        self._go((self._until, switches, table, since_s), self._no_times, self._no_rows, self._no_rows, out)
+        return out
 
-def _plain(array: Vector | None) -> Vector:
+    def _go(
+        self,
+        way: tuple[Vector, Vector, Vector, float],
+        load_t_s: Vector,
+        load_nm: Vector,
+        known_rad: Vector,
+        out: Samples,
+    ) -> None:
+        _run(  # type: ignore[call-arg]
+            *self._moving, *way, load_t_s, load_nm, known_rad, *self._body_arguments,
+            out.angle, out.base, out.load, out.torque, out.power,
+        )  # fmt: skip
+        if out.base.size:
+            self._carried = out.base[-1].copy()
+
+
+def plain(array: Vector | None) -> Vector:
     """Contiguous and writable, as all others: what is compiled once serves every caller."""
     plain: Vector = np.require(array, dtype=np.float64, requirements=["C", "W"])
     return plain
@@ -195,17 +241,10 @@ def _run(
                 coming += 1
             if t_out[row] <= now + TIME_GRAIN_S:
                 break
-            until = t_out[row]
-            if coming < switch_t.size and switch_t[coming] < until:
-                until = switch_t[coming]
-            tick = False
-            if fine:
-                mark = t0 + (clock[1] + 1.0) * grid
-                if mark <= until + TIME_GRAIN_S:
-                    until = mark
-                    tick = True
+            mark = t0 + (clock[1] + 1.0) * grid if fine else math.inf
+            until, tick = end_of_step(t_out[row], switch_t, coming, mark)
             if load_t.size > 0:
-                at = _interpolate(load_t, load_given, 0.5 * (now + until), at, load)
+                at = interpolate(load_t, load_given, 0.5 * (now + until), at, load)
             servo_step(state, params, setpoint, load, now - since, until - now)
             clock[0] = until
             if tick:
@@ -231,6 +270,15 @@ def _run(
 
 
 @jit
+def end_of_step(sample: float, switch_t: Any, coming: int, mark: float) -> tuple[float, bool]:
+    """The first of the next sample, the next set-point and the next mark of the grid, and whether it is the mark."""
+    until = sample
+    if coming < switch_t.size and switch_t[coming] < until:
+        until = switch_t[coming]
+    return (mark, True) if mark <= until + TIME_GRAIN_S else (until, False)
+
+
+@jit
 def _carry_on(base: Any, out: Any) -> None:
     """The chain follows its servos late by the delay of the smoothing: carry its pose on to the time of the angles."""
     for a in range(3):
@@ -239,7 +287,8 @@ def _carry_on(base: Any, out: Any) -> None:
 
 
 @jit
-def _interpolate(t: Any, values: Any, now: float, at: int, out: Any) -> int:
+def interpolate(t: Any, values: Any, now: float, at: int, out: Any) -> int:
+    """``values`` (T, k) at the time ``now`` into ``out`` (k,), looked for from row ``at``; the row to go on from."""
     while at < t.size - 2 and t[at + 1] < now:
         at += 1
     u = min(max((now - t[at]) / (t[at + 1] - t[at]), 0.0), 1.0) if t.size > 1 else 0.0

@@ -54,20 +54,30 @@ STICK_RAD_S = 2e-3  # a joint slower than this sticks
 ATTEMPTS = 4  # at a step, until no joint changes between sticking and slipping
 
 # Columns of a joint's grip, what the load can do to it.
-STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF, STALL, NO_LOAD, FADE, PLAY = range(9)
-GRIP_COLUMNS = 9
+STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF, STALL, NO_LOAD, FADE, PLAY, BRAKE = range(10)
+GRIP_COLUMNS = 10  # as many as there are names above
 # Rows of the scratch.
 OLD_BASE, OLD_PHI, OLD_DPHI, SLIDING, WEAK, PUSH, DRAG, KNOWN, SIDE, PULL = range(10)
-SCRATCH_ROWS = 10
+SCRATCH_ROWS = 10  # as many as there are names above
 
 
 def grips_of(params: Rows, model: ChainModel) -> Vector:
-    """(joints, 9): spring and damper between motor and joint, dry friction, torque limit, whether the spring stands for
-    a stiff joint, the motor's line and how fast its no-load speed fades (1/s), half the play in which the joint swings;
-    no spring: prescribed.
+    """(joints, GRIP_COLUMNS): spring and damper between motor and joint, dry friction, torque limit, whether the spring
+    stands for a stiff joint, the motor's line and how fast its no-load speed fades (1/s), half the play in which the
+    joint swings, and a damper against the joint's own speed; no spring: prescribed.
+
+    Of a position loop its armature and the friction that comes with load are left out: the links' inertia is what it
+    moves.
     """
     give = params[:, layout.LOOP_COMPLIANCE_RAD_NM] + params[:, layout.COMPLIANCE_RAD_NM]
-    coulomb, limit = params[:, layout.COULOMB_NM], params[:, layout.TORQUE_LIMIT_NM]
+    stiff_loop = params[:, layout.LOOP_STIFFNESS_NM_RAD]
+    looped = stiff_loop > 0
+    give = give + np.where(looped, 1.0 / np.where(looped, stiff_loop, 1.0), 0.0)
+    coulomb = params[:, layout.COULOMB_NM] + np.where(looped, params[:, layout.LOOP_COULOMB_NM], 0.0)
+    limit = np.minimum(
+        params[:, layout.TORQUE_LIMIT_NM], np.where(looped, params[:, layout.LOOP_LIMIT_NM], np.inf)
+    )
+    of_loop = params[:, layout.LOOP_DAMPING_NM_S] + params[:, layout.LOOP_VISCOUS_NM_S]
     slope = params[:, layout.RATE_DROP_PER_NM]
     line = slope > 0
     stall = np.where(line, 1.0 / np.where(line, slope, 1.0), np.inf)
@@ -79,8 +89,21 @@ def grips_of(params: Rows, model: ChainModel) -> Vector:
     stiff = inertia * np.where(play > 0, CONTACT_RAD_S, STIFF_RAD_S) ** 2
     stiffness = np.where(soft, 1.0 / np.where(soft, give, 1.0), stiff)
     damping = 2.0 * np.where(soft, SOFT_DAMPING, 1.0) * np.sqrt(stiffness * inertia)
+    damping = np.where(looped, 0.0, damping)
+    brake = np.where(looped, of_loop, 0.0)
     felt = soft | line | (coulomb > 0) | np.isfinite(limit) | (play > 0)
-    columns = [np.where(felt, stiffness, 0.0), damping, coulomb, limit, ~soft, stall, no_load, fade, play]
+    columns = [
+        np.where(felt, stiffness, 0.0),
+        damping,
+        coulomb,
+        limit,
+        ~soft,
+        stall,
+        no_load,
+        fade,
+        play,
+        brake,
+    ]
     return np.stack(columns, axis=1)
 
 
@@ -221,15 +244,14 @@ def _try_step(
         push[j] = -grips[j, COULOMB] * scratch[SLIDING, j]
         if scratch[WEAK, j] != 0.0:
             push[j] += scratch[PUSH, j]
-            damping[j] = stick + scratch[DRAG, j]
+            damping[j] = stick + grips[j, BRAKE] + scratch[DRAG, j]
             dphi_end[j] = 0.0
         else:
             push[j] += scratch[KNOWN, j]
             stiffness[j] = grips[j, STIFFNESS]
-            damping[j] = grips[j, DAMPING] + stick
-            dphi_end[j] *= (
-                grips[j, DAMPING] / damping[j]
-            )  # the damper works against the motor, stiction against rest
+            damping[j] = grips[j, DAMPING] + grips[j, BRAKE] + stick
+            # one damper works against the motor, the other and stiction against rest
+            dphi_end[j] *= grips[j, DAMPING] / max(damping[j], 1e-12)
     rosenbrock.step(
         links, slope, eps, h, kind, base, phi, dphi, acc, phi_end, dphi_end, acc, push, stiffness, damping, work, stage,
         torque, power,

@@ -1,7 +1,8 @@
 """Where each number of a servo stands in the rows that the compiled kernel reads and writes.
 
 One row a joint. The order of the columns is the order of the signal: wiring, gain and offset, dead band, lag, rate
-limit, torque limit, friction, compliance, backlash, and what holds the output.
+limit, torque limit, friction, compliance, backlash, what holds the output, and a position loop with inertia, which
+takes the place of lag and limits.
 """
 
 from __future__ import annotations
@@ -40,8 +41,18 @@ Rows = npt.NDArray[np.float64]
     ARM_INERTIA_KG_M2,  # bench only
     ARM_DRAG_NM_S,  # bench only: viscous friction of the unpowered joint
     ARM_COULOMB_NM,  # bench only: dry friction of the unpowered joint
-) = range(25)
-PARAMETERS = 25
+    LOOP_STIFFNESS_NM_RAD,  # above 0: the servo is a position loop that moves what hangs on it, see servo_loop
+    LOOP_DAMPING_NM_S,  # while there is power
+    LOOP_LIMIT_NM,  # what stiffness times error comes to at most
+    ARMATURE_KG_M2,  # of motor and gear, at the joint
+    LOOP_COULOMB_NM,  # dry friction of the gear without load
+    LOOP_BREAKAWAY_NM,  # what comes to it at rest ...
+    STRIBECK_RAD_S,  # ... and falls off with the speed
+    LOOP_VISCOUS_NM_S,  # with power or without
+    LOAD_FRICTION,  # dry friction over the torque of the load
+    DRIVE_FRICTION_PER_NM,  # dry friction over the square of the drive's torque
+) = range(35)
+PARAMETERS = 35
 
 DRIVEN, FREE_JOINT, RIGID_JOINT = 0.0, 1.0, 2.0
 
@@ -71,6 +82,8 @@ def nominal_parameters(joints: int, time_constant_s: float) -> Rows:
     rows[:, DAMPING_RATIO] = 1.0
     rows[:, RATE_LIMIT_RAD_S] = math.inf
     rows[:, TORQUE_LIMIT_NM] = math.inf
+    rows[:, LOOP_LIMIT_NM] = math.inf
+    rows[:, STRIBECK_RAD_S] = 1.0
     return rows
 
 
@@ -92,22 +105,26 @@ def rest_angle_rad(parameters: Rows, setpoint_rad: npt.ArrayLike) -> Rows:
 
 
 def holding_setpoint_rad(parameters: Rows, angle_rad: npt.ArrayLike) -> Rows:
-    """(joints,) set-point that keeps the joints at their angles: ``rest_angle_rad`` the other way round."""
-    setpoint = np.zeros(parameters.shape[0])
-    driven = (np.asarray(angle_rad) - parameters[:, OFFSET_RAD]) / (parameters[:, GAIN] * parameters[:, SIGN])
-    setpoint[parameters[:, SOURCE].astype(np.int64)] = driven
+    """(..., joints) set-points that keep the joints at angles (..., joints): ``rest_angle_rad`` the other way round."""
+    angle = np.asarray(angle_rad)
+    setpoint = np.zeros(angle.shape)
+    driven = (angle - parameters[:, OFFSET_RAD]) / (parameters[:, GAIN] * parameters[:, SIGN])
+    setpoint[..., parameters[:, SOURCE].astype(np.int64)] = driven
     return setpoint
+
+
+_LOADED = (RATE_DROP_PER_NM, COULOMB_NM, LOOP_COMPLIANCE_RAD_NM, COMPLIANCE_RAD_NM, LOOP_STIFFNESS_NM_RAD)
 
 
 def feels_load(parameters: Rows) -> bool:
     """Whether any joint's motion depends on the torque that it bears: on a body it is then that of the whole body."""
-    return bool(
-        np.any(np.isfinite(parameters[:, TORQUE_LIMIT_NM]))
-        or np.any(
-            parameters[:, (RATE_DROP_PER_NM, COULOMB_NM, LOOP_COMPLIANCE_RAD_NM, COMPLIANCE_RAD_NM)] > 0
-        )
-        or np.any(loose(parameters))
-    )
+    return bool(loaded_joints(parameters).any())
+
+
+def loaded_joints(parameters: Rows) -> npt.NDArray[np.bool_]:
+    """(joints,) whether the motion depends on the torque that the joint bears."""
+    limited: npt.NDArray[np.bool_] = np.isfinite(parameters[:, TORQUE_LIMIT_NM])
+    return limited | (parameters[:, _LOADED] > 0).any(axis=1) | loose(parameters)
 
 
 def loose(parameters: Rows) -> npt.NDArray[np.bool_]:
@@ -117,7 +134,12 @@ def loose(parameters: Rows) -> npt.NDArray[np.bool_]:
 
 
 def needs_fine_steps(parameters: Rows) -> bool:
-    """Whether the closed forms of the kernel do not hold over a whole set-point, so that it must step inside it."""
+    """Whether the closed forms of the kernel do not hold over a whole set-point on some joint, see ``fine_joints``."""
+    return bool(fine_joints(parameters).any())
+
+
+def fine_joints(parameters: Rows) -> npt.NDArray[np.bool_]:
+    """(joints,) whether the closed forms of the kernel do not hold over a whole set-point: it must step inside it."""
     second = parameters[:, NATURAL_FREQ_RAD_S] > 0
     bent = (
         (parameters[:, TIME_CONSTANT_S] > 0)
@@ -127,4 +149,4 @@ def needs_fine_steps(parameters: Rows) -> bool:
         | (parameters[:, COULOMB_NM] > 0)
     )
     arm = parameters[:, ARM_INERTIA_KG_M2] > 0
-    return feels_load(parameters) or bool(np.any(second & bent) or np.any(arm))
+    return np.asarray(loaded_joints(parameters) | (second & bent) | arm)

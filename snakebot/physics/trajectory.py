@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.physics import rosenbrock
 from snakebot.physics.compiled import jit
 from snakebot.physics.kernel import PRESCRIBED
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
 
-Vector = npt.NDArray[np.float64]
-
-MAX_STEP_S = 5e-3
+MAX_STEP_S = 5e-3  # of the chain (tests/physics/test_physics_convergence.py)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,15 +31,15 @@ class Trajectory:
         joint_torque_nm: (T, joints), power_in_w, power_dissipated_w: (T,); means over the time since the sample before.
     """
 
-    t_s: Vector
-    joint_angle_rad: Vector
-    joint_rate_rad_s: Vector
-    joint_torque_nm: Vector
-    com_m: Vector
-    com_velocity_m_s: Vector
-    heading_rad: Vector
-    power_in_w: Vector
-    power_dissipated_w: Vector
+    t_s: Floats
+    joint_angle_rad: Floats
+    joint_rate_rad_s: Floats
+    joint_torque_nm: Floats
+    com_m: Floats
+    com_velocity_m_s: Floats
+    heading_rad: Floats
+    power_in_w: Floats
+    power_dissipated_w: Floats
 
     def speed_m_s(self, from_s: float = -math.inf, to_s: float = math.inf) -> float:
         """Way of the centre of mass over a span of time, over its length.

@@ -12,13 +12,16 @@ page allows no script but its own (content security policy by hash).
 
 from __future__ import annotations
 
+from snakebot.report.answer import Answer, Fall, ToDo
 from snakebot.report.blocks import (
     Axis,
     Band,
     BarChart,
     Bars,
+    Block,
     Column,
     Curve,
+    Explain,
     Facts,
     Line,
     LineChart,
@@ -28,16 +31,22 @@ from snakebot.report.blocks import (
     Table,
     XYChart,
 )
+from snakebot.report.drawing import Drawing
 from snakebot.report.page import Page, Section
 
 __all__ = [
+    "Answer",
     "Axis",
     "Band",
     "BarChart",
     "Bars",
+    "Block",
     "Column",
     "Curve",
+    "Drawing",
+    "Explain",
     "Facts",
+    "Fall",
     "Line",
     "LineChart",
     "Note",
@@ -46,5 +55,6 @@ __all__ = [
     "SnakeAnimation",
     "SnakeMotion",
     "Table",
+    "ToDo",
     "XYChart",
 ]

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from snakebot.arrays import Floats
+from snakebot.report.answer import Answer
 from snakebot.report.decimate import bridge_short_gaps, bucket_starts, decimate
 
-Array = NDArray[np.float64]
 NOT_KNOWN = "–"
 
 
@@ -73,15 +73,24 @@ def significant(value: float, digits: int, decimals: int = 6) -> str:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of cells under named columns with units. A cell is a number, a text, or ``None`` (not known)."""
+    """Rows of cells under named columns with units. A cell is a number, a text, or ``None`` (not known).
+
+    The first ``keys`` columns say what a row is about: a narrow terminal shows them with every block of the others.
+    """
 
     columns: Sequence[Column]
     rows: Sequence[Sequence[object]]
     caption: str = ""
+    keys: int = 1
     kind: str = field(default="table", init=False)
 
     def texts(self) -> list[list[str]]:
         return [[c.text(v) for c, v in zip(self.columns, row, strict=True)] for row in self.rows]
+
+    def legend(self) -> list[str]:
+        """What the abbreviations among the columns' names are; a name in words explains itself, with its tooltip."""
+        short = {c.name.split()[0]: c.help for c in self.columns if c.help and c.name.split()[0].isupper()}
+        return [f"{name}: {text}" for name, text in short.items() if len(name) > 1]
 
     def numeric(self) -> list[bool]:
         """Which columns hold numbers, and are set flush right."""
@@ -110,7 +119,7 @@ class Line:
     """One signal of a line chart, (N,) like the chart's ``x``; ``nan`` breaks the line."""
 
     name: str
-    y: Array
+    y: Floats
     color: str = "series1"
     dash: bool = False
     width: float = 1.6
@@ -134,7 +143,7 @@ class LineChart:
     """
 
     title: str
-    x_values: Array
+    x_values: Floats
     lines: Sequence[Line]
     x: Axis
     y: Axis
@@ -177,8 +186,8 @@ class Curve:
     """One curve or cloud of an x-y chart. ``labels`` name its points one by one."""
 
     name: str
-    x: Array
-    y: Array
+    x: Floats
+    y: Floats
     color: str = "series1"
     mode: str = "line"  # or "points"
     dash: bool = False
@@ -277,10 +286,10 @@ class SnakeMotion:
     angles in rad."""
 
     name: str
-    x_m: Array
-    y_m: Array
-    heading_rad: Array
-    joint_angle_rad: Array
+    x_m: Floats
+    y_m: Floats
+    heading_rad: Floats
+    joint_angle_rad: Floats
     half_length_m: float
     color: str = "measured"
 
@@ -290,7 +299,7 @@ class SnakeAnimation:
     """Bodies moving over ground, to play, pause and scrub; all at the same times (T,)."""
 
     title: str
-    t_s: Array
+    t_s: Floats
     snakes: Sequence[SnakeMotion]
     caption: str = ""
     frames: int = 1500
@@ -322,4 +331,15 @@ class SnakeAnimation:
 
 
 Chart = LineChart | XYChart | BarChart | SnakeAnimation
-Block = Facts | Note | Table | Chart
+
+
+@dataclass(frozen=True)
+class Explain:
+    """A heading and some paragraphs, each perhaps with a name in front."""
+
+    title: str
+    parts: Sequence[tuple[str, str]]
+    kind: str = field(default="explain", init=False)
+
+
+Block = Answer | Explain | Facts | Note | Table | Chart

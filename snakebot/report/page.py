@@ -4,34 +4,48 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from snakebot.errors import BadInputError
+from snakebot.errors import cannot_write
 from snakebot.report.blocks import Block, Chart
 from snakebot.whole_files import replacing
 
 _SCRIPTS = ("uPlot.iife.min.js", "page.js", "line.js", "xy.js", "bars.js", "snake.js", "start.js")
-_STYLES = ("uPlot.min.css", "page.css")
+_STYLES = ("uPlot.min.css", "page.css", "answer.css")
 _CHARTS = ("line", "xy", "bars", "snake")
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Text, and what stands on its right."""
+
+    text: Block
+    blocks: Sequence[Block]
+    kind: str = field(default="beside", init=False)
 
 
 @dataclass
 class Section:
-    """A heading, an optional note under it, and blocks. ``folded`` sections open on a click."""
+    """A heading (or none), an optional note under it, and blocks. ``folded`` sections open on a click."""
 
     title: str
     note: str = ""
     folded: bool = False
     level: int = 2
-    blocks: list[Block | list[Block]] = field(default_factory=list)
+    blocks: list[Block | list[Block] | Beside] = field(default_factory=list)
 
     def add(self, block: Block) -> Section:
         """Add a block across the whole width."""
         self.blocks.append(block)
+        return self
+
+    def add_beside(self, text: Block, *blocks: Block) -> Section:
+        """Add text with what it speaks of on its right, or under it on a narrow screen."""
+        self.blocks.append(Beside(text, blocks))
         return self
 
     def add_grid(self, *blocks: Block) -> Section:
@@ -76,6 +90,7 @@ class Page:
             script=Markup(script),
             script_hash=_csp_hash(script),
             data=Markup(json_in_html({"charts": charts})),
+            svg=lambda drawing: Markup(drawing.svg()),
             is_grid=lambda block: isinstance(block, list),
         )
 
@@ -89,14 +104,20 @@ class Page:
             with replacing(path) as whole:
                 whole.write_text(self.html(), encoding="utf-8")
         except OSError as error:
-            raise BadInputError(f"{path}: cannot write the report: {error.strerror}") from None
+            raise cannot_write(f"{path}: cannot write the report", error) from None
 
     def _charts(self) -> Iterator[Chart]:
         for section in self.sections:
             for entry in section.blocks:
-                for block in entry if isinstance(entry, list) else [entry]:
+                for block in _blocks(entry):
                     if hasattr(block, "spec"):
                         yield block  # type: ignore[misc]
+
+
+def _blocks(entry: Block | list[Block] | Beside) -> Sequence[Block]:
+    if isinstance(entry, Beside):
+        return [entry.text, *entry.blocks]
+    return entry if isinstance(entry, list) else [entry]
 
 
 def json_in_html(data: object) -> str:

@@ -6,7 +6,7 @@ from snakebot.runlog.log import RunLog, gait_to_mapping
 from snakebot.runlog.naming import new_log_path
 from snakebot.runlog.opening import open_run, open_runs, open_session
 from snakebot.runlog.reader import LogWarning, read_log
-from snakebot.runlog.records import Event, LinkStatistics, Pose, RawFrame, Telemetry, Tick
+from snakebot.runlog.records import Event, LinkRecord, PoseRecord, RawFrame, Telemetry, Tick
 from snakebot.runlog.run import Run, Session
 from snakebot.runlog.session import read_session
 from snakebot.runlog.session_write import write_session
@@ -14,9 +14,9 @@ from snakebot.runlog.writer import RunWriter
 
 __all__ = [
     "Event",
-    "LinkStatistics",
+    "LinkRecord",
     "LogWarning",
-    "Pose",
+    "PoseRecord",
     "RawFrame",
     "Run",
     "RunLog",

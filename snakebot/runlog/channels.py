@@ -9,13 +9,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import orjson
 
 from snakebot.runlog.metadata import as_utf8
-from snakebot.runlog.records import Event, Level, LinkStatistics, Pose, RawFrame, Telemetry, Tick
+from snakebot.runlog.records import (
+    Event,
+    Level,
+    LinkRecord,
+    PoseRecord,
+    RawFrame,
+    SteeringRecord,
+    Telemetry,
+    Tick,
+)
 
 PROFILE = "snakebot"  # in the header of every log; the schemas below are version 1
 MESSAGE_ENCODING = "json"
@@ -98,7 +107,7 @@ JOINTS = Channel(
         "latency_s": _number("from sending the set-point to the board's answer, s", nullable=True),
         "late": {"type": "boolean", "description": "the tick missed its deadline"},
     },
-    "One tick of the run loop; arrays hold one number a joint, head first.",
+    "One tick of the run loop; arrays hold one number a joint, tail first.",
 )
 POSE = Channel(
     2,
@@ -157,12 +166,33 @@ TELEMETRY = Channel(
     {
         "t_s": _T_S,
         "supply_v": _number("V"),
+        "supply_a": _number("A, of all joints"),
+        "supply_temperature_c": _number("degrees Celsius, of what the board tells with its supply"),
         "current_1_a": _number("A, one a joint"),
         "temperature_1_c": _number("degrees Celsius, one a joint"),
     },
     "Further readings by the names that session folders use; any number may be missing or added.",
 )
-CHANNELS = (JOINTS, POSE, EVENTS, LINK, FRAMES, TELEMETRY)
+STEERING = Channel(
+    7,
+    "/steering",
+    "snakebot.Steering",
+    {
+        "t_s": _T_S,
+        "x_m": _number("centre of mass, mean over the last cycle, m"),
+        "y_m": _number("the same, m"),
+        "heading_rad": _number("mean link angle, mean over the last cycle, unwrapped, rad"),
+        "wanted_heading_rad": _number("heading that leads to the course, rad", nullable=True),
+        "heading_error_rad": _number("heading less the wanted one, rad", nullable=True),
+        "cross_track_m": _number("distance from the line, left of it positive, m", nullable=True),
+        "offset_rad": _number("offset of all joints from now on, beside the gait's own, rad"),
+        "wanted_offset_rad": _number("the same before limits, rad", nullable=True),
+        "saturated": {"type": "boolean", "description": "limits cut the offset short"},
+        "stale": {"type": "boolean", "description": "no pose: the offset goes back to straight"},
+    },
+    "One decision of a run that holds a course, about one a cycle.",
+)
+CHANNELS = (JOINTS, POSE, EVENTS, LINK, FRAMES, TELEMETRY, STEERING)
 
 _OPTIONS = orjson.OPT_SERIALIZE_NUMPY
 
@@ -203,7 +233,7 @@ def _plain(value: Any) -> Any:
     return str(value)
 
 
-def encode_pose(pose: Pose, start_ns: int) -> bytes:
+def encode_pose(pose: PoseRecord, start_ns: int) -> bytes:
     half = 0.5 * pose.heading_rad
     finite = math.isfinite(half)
     return orjson.dumps(
@@ -255,13 +285,17 @@ def level_name(number: object) -> Level:
     return next((name for name, value in _LEVELS.items() if value == number), "info")
 
 
-def encode_link(statistics: LinkStatistics) -> bytes:
+def encode_link(statistics: LinkRecord) -> bytes:
     record = {"t_s": statistics.t_s, "counters": dict(statistics.counters)}
     return orjson.dumps(record, default=_plain, option=_OPTIONS)
 
 
 def encode_telemetry(telemetry: Telemetry) -> bytes:
     return orjson.dumps({"t_s": telemetry.t_s, **telemetry.values}, default=_plain, option=_OPTIONS)
+
+
+def encode_steering(steering: SteeringRecord) -> bytes:
+    return orjson.dumps(asdict(steering), default=_plain, option=_OPTIONS)
 
 
 def encode_frame(frame: RawFrame) -> bytes:

@@ -27,10 +27,11 @@ _GRAMMAR = "NAME=[-]COLUMN[:UNIT]"
 
 @dataclass(frozen=True)
 class Source:
-    """Where one of our columns comes from: ``factor`` times a column of the table."""
+    """Where one of our columns comes from: ``factor`` times what a column of the table is above ``zero``."""
 
     column: str
     factor: float
+    zero: float = 0.0  # in the table's unit
 
 
 def parse_map(entries: Iterable[str], robot: Robot) -> dict[str, Source]:
@@ -95,5 +96,6 @@ def apply_map(
             raise BadInputError(
                 f"{where}: row 1: column {source.column} is missing (for {ours}); found {there}"
             )
-        mapped[ours] = columns[source.column] * source.factor
+        values = columns[source.column]
+        mapped[ours] = (values - source.zero if source.zero else values) * source.factor
     return mapped

@@ -24,12 +24,14 @@ from mcap.writer import MCAP0_MAGIC
 
 from snakebot.errors import UnreadableLogError
 from snakebot.runlog import channels
+from snakebot.runlog.import_hint import import_hint
+from snakebot.runlog.number_table import TABLE_SUFFIXES
 
 MAX_CHUNK_BYTES = 8 << 20  # decompressed; ours have about 256 KiB
 MAX_RECORD_BYTES = 64 << 20  # as stored
 MAX_TOTAL_BYTES = 2 << 30  # decompressed: an hour at 500 Hz and 5 joints is 1.5 GB
 MAX_RATIO = 400  # decompressed to stored, beyond the first 8 MiB: more is a decompression bomb, not a log
-MAX_CHANNELS = 1024
+MAX_CHANNELS = 1024  # chosen: a log of ours has less than twenty
 
 # What reading a damaged record raises: a length beyond 63 bits is an OverflowError.
 NOT_AS_WRITTEN = (McapError, struct.error, ValueError, OverflowError)
@@ -69,7 +71,10 @@ class Container:
         try:
             with self.path.open("rb") as file:
                 if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-                    raise UnreadableLogError(f"{self.path}: not an MCAP log")
+                    hint = ""
+                    if self.path.name.endswith(TABLE_SUFFIXES):
+                        hint = "; snakebot log import makes one of a table"
+                    raise UnreadableLogError(f"{self.path}: not an MCAP log{hint}")
                 self._header(file)
                 size = self.path.stat().st_size
                 for data in self._records(file, size):
@@ -86,7 +91,9 @@ class Container:
                     return
             except NOT_AS_WRITTEN:
                 pass  # said below
-        raise UnreadableLogError(f"{self.path}: an MCAP file, but not a run log of snakebot")
+        raise UnreadableLogError(
+            f"{self.path}: an MCAP file, but not a run log of snakebot{import_hint(self.path)}"
+        )
 
     def _records(self, file: BinaryIO, size: int) -> Iterator[bytes]:
         """Go through the outer records; yields the decompressed chunks whose checksum fits."""
@@ -156,7 +163,7 @@ class Container:
                 f"{self.path}: byte {offset}: a chunk of {size} bytes is no log's; not read"
             )
         self._admit(size)
-        data = _decompress(stored, compression, size)
+        data = decompress(stored, compression, size)
         if len(data) != size or zlib.crc32(data) != crc:
             raise ValueError("checksum")
         return data
@@ -202,7 +209,7 @@ class Container:
         self.topics[channel.id] = channel.topic
 
 
-def _decompress(stored: memoryview, compression: str, size: int) -> bytes:
+def decompress(stored: memoryview, compression: str, size: int) -> bytes:
     """Never makes more than ``size`` + 1 bytes, whatever the data says of itself."""
     if compression == "":
         return bytes(stored)

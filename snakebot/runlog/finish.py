@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 from mcap.records import Metadata
 from mcap.writer import CompressionType, Writer
@@ -14,6 +14,8 @@ from mcap.writer import CompressionType, Writer
 from snakebot.errors import LogError
 from snakebot.runlog import channels, metadata
 from snakebot.runlog.container import Container
+from snakebot.runlog.naming import numbered
+from snakebot.whole_files import take_name
 
 CHUNK_BYTES = 256 << 10  # what one flipped bit can cost: a few seconds
 TEMPORARY_SUFFIX = ".tmp"
@@ -28,18 +30,29 @@ class Changes:
     messages: Sequence[tuple[str, int, bytes]] = ()  # topic, log time ns, data; added at the end
 
 
+class Finished(NamedTuple):
+    path: Path
+    problems: list[str]  # what was damaged and left out, a line each
+
+
 def finish(
-    source: Path, target: Path, changes: Changes | None = None, keep_source: bool = False
-) -> list[str]:
+    source: Path,
+    target: Path,
+    changes: Changes | None = None,
+    *,
+    keep_source: bool = False,
+    or_numbered: bool = False,
+) -> Finished:
     """Rewrite ``source`` (unfinished, damaged or whole) as the finished log ``target``.
 
-    The new file is complete on disk before it takes the name ``target``; ``source`` goes only then.
+    The new file is complete on disk before it takes the name ``target``; ``source`` goes only then. Nothing but
+    ``source`` itself is replaced.
 
-    Returns:
-        What was damaged in ``source`` and left out, a line each.
+    Args:
+        or_numbered: where the name is taken, take the next free number.
 
     Raises:
-        LogError: ``source`` is not a log, or ``target`` cannot be written; ``source`` is left as it was.
+        LogError: ``source`` is not a log, or ``target`` exists or cannot be written; ``source`` is left as it was.
     """
     temporary = target.with_name(target.name + TEMPORARY_SUFFIX)
     try:
@@ -48,10 +61,18 @@ def finish(
             problems = _rewrite(source, file, changes or Changes())
             file.flush()
             os.fsync(file.fileno())
-        os.replace(temporary, target)
-        if source != target and not keep_source:
-            source.unlink()
+        if source == target:
+            os.replace(temporary, target)
+        else:
+            target = _named(temporary, target, or_numbered)
+            if not keep_source:
+                source.unlink()
         sync_folder(target.parent)
+    except FileExistsError:
+        temporary.unlink(missing_ok=True)
+        raise LogError(
+            f"{target}: exists already; a log is never overwritten; all of it is in {source}"
+        ) from None
     except OSError as error:
         temporary.unlink(missing_ok=True)
         why = error.strerror or error
@@ -59,7 +80,18 @@ def finish(
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
-    return problems
+    return Finished(target, problems)
+
+
+def _named(temporary: Path, target: Path, or_numbered: bool) -> Path:
+    """The first of the names that was free."""
+    for path in numbered(target) if or_numbered else (target,):
+        try:
+            take_name(temporary, path)
+        except FileExistsError:
+            continue
+        return path
+    raise FileExistsError(target)
 
 
 def _rewrite(source: Path, file: BinaryIO, changes: Changes) -> list[str]:
@@ -85,7 +117,7 @@ def _rewrite(source: Path, file: BinaryIO, changes: Changes) -> list[str]:
     merged, damaged = merge_metadata(container.metadata)
     merged.update(changes.metadata)
     writer.add_metadata(metadata.RECORD_NAME, metadata.to_strings(merged))
-    writer.finish()  # type: ignore[no-untyped-call]
+    writer.finish()
     return container.problems + damaged
 
 

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from snakebot.errors import BadInputError, LogError
+from snakebot.errors import BadInputError
 from snakebot.robot import Robot
 from snakebot.runlog.column_map import Source, apply_map
 from snakebot.runlog.log import gait_to_mapping
 from snakebot.runlog.merging import EPOCH_S
-from snakebot.runlog.naming import final_path
-from snakebot.runlog.records import Pose, Telemetry, Tick
+from snakebot.runlog.naming import check_new_log
+from snakebot.runlog.number_table import CsvForm, NumberTable, read_table
+from snakebot.runlog.records import PoseRecord, Telemetry, Tick
 from snakebot.runlog.run import Run
 from snakebot.runlog.session import KnownColumns, run_from_table
-from snakebot.runlog.table import Dialect, Table, read_table
 from snakebot.runlog.writer import RunWriter
 
 
@@ -29,7 +29,7 @@ def import_table(
     robot: Robot,
     mapping: Mapping[str, Source] | None = None,
     metadata: Mapping[str, Any] | None = None,
-    dialect: Dialect | None = None,
+    dialect: CsvForm | None = None,
 ) -> Path:
     """Write the run log ``target`` from a CSV, CSV.gz or Parquet.
 
@@ -41,8 +41,7 @@ def import_table(
         LogError: the log exists or cannot be written.
     """
     path = Path(source)
-    if final_path(target).exists():
-        raise LogError(f"{final_path(target)}: exists already; a log is never overwritten")
+    check_new_log(target)
     run = read_run(path, robot, mapping, dialect)
     start_s = float(run.t_s[0])
     wall_clock = start_s > EPOCH_S
@@ -52,7 +51,7 @@ def import_table(
 
 
 def read_run(
-    path: Path, robot: Robot, mapping: Mapping[str, Source] | None = None, dialect: Dialect | None = None
+    path: Path, robot: Robot, mapping: Mapping[str, Source] | None = None, dialect: CsvForm | None = None
 ) -> Run:
     """A run from a table, through the column map where one is given.
 
@@ -62,7 +61,7 @@ def read_run(
     wanted = frozenset(source.column for source in mapping.values()) if mapping else KnownColumns()
     table = read_table(path, wanted, dialect)
     if mapping:
-        table = Table(apply_map(table.columns, mapping, str(path)), (), table.first_row)
+        table = NumberTable(apply_map(table.columns, mapping, str(path)), (), table.first_row)
     return run_from_table(path, table, robot.joints, set(), name=path.name)
 
 
@@ -88,7 +87,7 @@ def write_run(
         for row in range(len(run)):
             writer.tick(lists.tick(row, start_ns))
             if lists.pose is not None:
-                writer.pose(Pose(float(t_s[row]), *lists.pose[row]))
+                writer.pose(PoseRecord(float(t_s[row]), *lists.pose[row]))
             if lists.telemetry:
                 writer.telemetry(
                     Telemetry(float(t_s[row]), {name: v[row] for name, v in lists.telemetry.items()})

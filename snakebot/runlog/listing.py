@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import struct
 import zlib
@@ -22,9 +23,10 @@ from snakebot.runlog.channels import JOINTS
 from snakebot.runlog.container import NOT_AS_WRITTEN, Container
 from snakebot.runlog.finish import merge_metadata
 from snakebot.runlog.lock import is_being_written
+from snakebot.runlog.log import ended
 from snakebot.runlog.naming import PART_SUFFIX, SUFFIX
 
-MAX_INDEX_BYTES = 16 << 20
+MAX_INDEX_BYTES = 16 << 20  # chosen: the index of a day's run is smaller
 _END = struct.Struct("<BQQQI8s")  # footer: opcode, length, summary, summary offsets, crc; closing magic
 
 
@@ -40,6 +42,20 @@ class LogSummary:
     messages: Mapping[str, int]  # topic -> number
     metadata: Mapping[str, Any]
     problems: tuple[str, ...]
+
+    @property
+    def ended(self) -> str | None:
+        """How the run ended; None where that is not known, or it goes on."""
+        return None if self.state == "writing" else ended(self.metadata, self.state == "finished")
+
+    @property
+    def speed_m_s(self) -> float | None:
+        """Forward speed that was given with the run, or else that of its pose over the last cycles."""
+        for key in ("forward_speed_m_s", "steady_speed_m_s"):
+            value = self.metadata.get(key)
+            if isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value):
+                return value
+        return None
 
 
 def find_logs(folder: str | os.PathLike[str]) -> Iterator[Path]:

@@ -9,29 +9,27 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError, LogError
 from snakebot.runlog.channels import POSE, encode_pose
 from snakebot.runlog.column_map import Source, apply_map
 from snakebot.runlog.finish import Changes, finish
 from snakebot.runlog.log import RunLog
 from snakebot.runlog.naming import PART_SUFFIX, final_path
+from snakebot.runlog.number_table import CsvForm, read_table
 from snakebot.runlog.reader import read_log
-from snakebot.runlog.records import Pose
+from snakebot.runlog.records import PoseRecord
 from snakebot.runlog.session import KnownColumns, check_time
-from snakebot.runlog.table import Dialect, read_table
-
-Floats = NDArray[np.float64]
 
 EPOCH_S = 1e9  # a time beyond this is a wall clock's (2001 and later), not seconds since the start
-ALIGN_RATE_HZ = 50.0
-ENOUGH_CORRELATION = 0.6
-MIN_OVERLAP_S = 2.0
+ALIGN_RATE_HZ = 50.0  # at which both are compared; chosen, above what a gait contains
+ENOUGH_CORRELATION = 0.6  # chosen: below it the shift that fits best says nothing
+MIN_OVERLAP_S = 2.0  # chosen: about a cycle of a gait
 
 
 @dataclass(frozen=True)
-class Track:
+class PoseTrack:
     """Where the robot was, on a clock of its own. ``heading_rad`` may be nan throughout."""
 
     t_s: Floats  # (M,) rising
@@ -64,7 +62,7 @@ def merge_speed(
     return _rewrite(Path(path), output, Changes(metadata=about))
 
 
-def read_track(path: Path, mapping: Mapping[str, Source], dialect: Dialect | None = None) -> Track:
+def read_track(path: Path, mapping: Mapping[str, Source], dialect: CsvForm | None = None) -> PoseTrack:
     """Read a track's table, through the column map where one is given.
 
     Raises:
@@ -78,10 +76,10 @@ def read_track(path: Path, mapping: Mapping[str, Source], dialect: Dialect | Non
             raise BadInputError(f"{path}: row 1: column {name} is missing; a track needs t_s, x_m and y_m")
     check_time(path, table.first_row, columns["t_s"])
     heading = columns.get("heading_rad", np.full(columns["t_s"].size, np.nan))
-    return Track(columns["t_s"], np.column_stack([columns["x_m"], columns["y_m"], heading]))
+    return PoseTrack(columns["t_s"], np.column_stack([columns["x_m"], columns["y_m"], heading]))
 
 
-def place_track(log: RunLog, track: Track, offset_s: float | None) -> tuple[Offset, str]:
+def place_track(log: RunLog, track: PoseTrack, offset_s: float | None) -> tuple[Offset, str]:
     """Bring the track onto the run's time: by a given offset, by its wall clock, or by the motion.
 
     Raises:
@@ -104,7 +102,7 @@ def place_track(log: RunLog, track: Track, offset_s: float | None) -> tuple[Offs
 
 def merge_track(
     path: str | os.PathLike[str],
-    track: Track,
+    track: PoseTrack,
     offset: Offset,
     speed_m_s: float | None = None,
     source: str = "track",
@@ -118,7 +116,7 @@ def merge_track(
     log = read_log(path)
     start_ns = log.start_time_ns
     poses = (
-        Pose(t, *row)
+        PoseRecord(t, *row)
         for t, row in zip((track.t_s - offset.offset_s).tolist(), track.pose.tolist(), strict=True)
     )
     messages = [
@@ -135,27 +133,32 @@ def _rewrite(path: Path, output: str | os.PathLike[str] | None, changes: Changes
     if path.name.endswith(PART_SUFFIX):
         raise LogError(f"{path}: this log is not finished; run 'snakebot log recover' on it first")
     target = path if output is None else final_path(output)
-    if target != path and target.exists():
+    if target != path and os.path.lexists(target):
         raise LogError(f"{target}: exists already; a log is never overwritten")
-    finish(path, target, changes, keep_source=True)
-    return target
+    return finish(path, target, changes, keep_source=True).path
 
 
-def with_heading(track: Track, period_s: float) -> Track:
+def with_heading(track: PoseTrack, period_s: float) -> PoseTrack:
     """Where the track has no heading: the direction of travel over ``period_s`` (one cycle of the gait)."""
     if np.isfinite(track.pose[:, 2]).any():
         return track
+    course = course_rad(track.t_s, track.pose[:, :2], period_s)
+    return PoseTrack(track.t_s, np.column_stack([track.pose[:, :2], course]))
+
+
+def course_rad(t_s: Floats, position_m: Floats, period_s: float) -> Floats:
+    """Direction of travel (N,) of a point (N, 2) over ``period_s`` around each time."""
+    known = np.isfinite(position_m).all(axis=1)
     half = period_s / 2
     after, before = (
-        np.stack([np.interp(track.t_s + shift, track.t_s, track.pose[:, i]) for i in (0, 1)])
+        np.stack([np.interp(t_s + shift, t_s[known], position_m[known, i]) for i in (0, 1)])
         for shift in (half, -half)
     )
     dx, dy = after - before
-    pose = np.column_stack([track.pose[:, :2], np.unwrap(np.arctan2(dy, dx))])
-    return Track(track.t_s, pose)
+    return np.unwrap(np.arctan2(dy, dx))
 
 
-def align_track(log: RunLog, track: Track) -> Offset:
+def align_track(log: RunLog, track: PoseTrack) -> Offset:
     """Find the track's clock offset from when and how fast the robot moved, in the joints and in the track.
 
     The speed of the joints (rms over joints) and the speed of the tracked point rise and fall together at the

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 import os
 import re
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from snakebot.errors import LogError
 
 if TYPE_CHECKING:
     from snakebot.gait import Gait
@@ -23,6 +26,37 @@ def final_path(path: str | os.PathLike[str]) -> Path:
     return Path(name if name.endswith(SUFFIX) else name + SUFFIX)
 
 
+def numbered(path: Path) -> Iterator[Path]:
+    """``x.mcap``, ``x-2.mcap``, ``x-3.mcap`` ...: what a log is called whose name is taken."""
+    yield path
+    for count in range(2, 10_000):
+        yield path.with_name(f"{path.name.removesuffix(SUFFIX)}-{count}{SUFFIX}")
+
+
+def check_new_log(path: str | os.PathLike[str]) -> None:
+    """Say before a robot moves where its log cannot be made; that it could be is no promise.
+
+    Raises:
+        LogError: the name is taken, is a folder's, or lies where nothing can be written.
+    """
+    final = final_path(path)
+    if Path(path).is_dir():
+        raise LogError(f"{path}: is a folder; give the name of a log in it")
+    if _is_taken(final):
+        raise LogError(f"{final}: exists already; a log is never overwritten")
+    folder = final.parent
+    while not os.path.lexists(folder):
+        folder = folder.parent
+    if not folder.is_dir():
+        raise LogError(f"{final}: cannot make the log: {folder} is not a folder")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise LogError(f"{final}: cannot make the log: {folder} cannot be written to")
+
+
+def _is_taken(path: Path) -> bool:
+    return any(os.path.lexists(name) for name in (path, path.with_name(path.name + PART_SUFFIX)))
+
+
 def gait_label(gait: Gait | None) -> str:
     """``a66_b80_w2``: alpha and beta in degrees, omega in rad/s."""
     if gait is None:
@@ -34,12 +68,11 @@ def gait_label(gait: Gait | None) -> str:
 def new_log_path(
     label: str = "run", folder: str | os.PathLike[str] = DEFAULT_FOLDER, now: datetime | None = None
 ) -> Path:
-    """A name in ``folder`` that neither a log nor an unfinished one has yet: UTC time, then ``label``."""
+    """A name in ``folder`` that neither a log nor an unfinished one has yet: UTC time, then ``label``.
+
+    It may be taken a moment later: ``RunWriter(..., or_numbered=True)`` then takes the next number.
+    """
     stamp = (now or datetime.now(UTC)).astimezone(UTC).strftime("%Y%m%dT%H%M%SZ")
     safe = re.sub(r"[^A-Za-z0-9.+-]+", "_", label).strip("._") or "run"
     stem = f"{stamp}_{safe[:80]}"
-    for count in range(1, 10_000):
-        path = Path(folder) / f"{stem}{'' if count == 1 else f'-{count}'}{SUFFIX}"
-        if not path.exists() and not path.with_name(path.name + PART_SUFFIX).exists():
-            return path
-    raise FileExistsError(stem)
+    return next(path for path in numbered(Path(folder) / (stem + SUFFIX)) if not _is_taken(path))

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import itertools
 import os
+import warnings
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 from snakebot.errors import BadInputError
+from snakebot.runlog.import_hint import import_hint
 from snakebot.runlog.listing import find_logs
+from snakebot.runlog.log import NoTicksError
 from snakebot.runlog.naming import PART_SUFFIX, SUFFIX
-from snakebot.runlog.reader import read_log
+from snakebot.runlog.number_table import TABLE_SUFFIXES
+from snakebot.runlog.reader import LogWarning, read_log
 from snakebot.runlog.run import Run, Session
 from snakebot.runlog.session import SESSION_FILE, read_session
-from snakebot.runlog.table import TABLE_SUFFIXES
 
 PathLike = str | os.PathLike[str]
 
@@ -29,7 +32,8 @@ def open_session(path: PathLike) -> Session:
     if given.is_dir() and not (given / SESSION_FILE).exists():
         logs = list(find_logs(given))
         if not logs:
-            raise BadInputError(f"{given}: holds neither {SESSION_FILE} nor run logs ({SUFFIX})")
+            hint = import_hint(given)
+            raise BadInputError(f"{given}: holds neither {SESSION_FILE} nor run logs ({SUFFIX}){hint}")
         return open_runs(logs)
     if given.is_dir() or given.name == SESSION_FILE:
         return read_session(given)
@@ -38,13 +42,17 @@ def open_session(path: PathLike) -> Session:
             raise BadInputError(f"{given}: no such log")
         log = read_log(given)
         return Session(robot=log.robot, runs=(log.to_run(),), path=given, warnings=log.problems)
-    if given.name.endswith(TABLE_SUFFIXES):
+    if not given.is_file():
+        raise BadInputError(f"{given}: no such file or folder")
+    if given.name.endswith(TABLE_SUFFIXES) and (given.parent / SESSION_FILE).exists():
         session = read_session(given.parent)
         for run in session.runs:
             if run.name == given.name:
                 return Session(session.robot, (run,), session.path, session.warnings)
-        raise BadInputError(f"{given}: {given.parent / SESSION_FILE} names no such run")
-    raise BadInputError(f"{given}: neither a run log (.mcap, .mcap.part) nor a session folder")
+        raise BadInputError(f"{given}: {given.parent / SESSION_FILE} names no such run{import_hint(given)}")
+    raise BadInputError(
+        f"{given}: neither a run log (.mcap, .mcap.part) nor a run of a session{import_hint(given)}"
+    )
 
 
 def open_run(path: PathLike) -> Run:
@@ -60,15 +68,38 @@ def open_run(path: PathLike) -> Run:
     return session.runs[0]
 
 
+def open_each(paths: Iterable[PathLike]) -> tuple[list[tuple[Path, Session]], list[str]]:
+    """Each log or session on its own, and what was left out: logs without ticks, each told by a ``LogWarning``.
+
+    Raises:
+        NoTicksError: nothing is left.
+        BadInputError, LogError: as ``open_session``.
+    """
+    given = [Path(path) for path in paths]
+    opened, left_out = [], []
+    for path in given:
+        try:
+            opened.append((path, open_session(path)))
+        except NoTicksError as error:
+            if len(given) == 1:
+                raise
+            left_out.append(f"{error}: left out")
+            warnings.warn(left_out[-1], LogWarning, stacklevel=3)
+    if not opened and given:
+        raise NoTicksError(f"{given[0]} and {len(given) - 1} more: none of these logs holds a tick")
+    return opened, left_out
+
+
 def open_runs(paths: Iterable[PathLike]) -> Session:
     """Logs and sessions of one robot together, in the order given. The robot is the first one's.
 
-    Of runs that have the same name the later ones get a number.
+    Of runs that have the same name the later ones get a number; logs without ticks are left out.
 
     Raises:
-        BadInputError, LogError: as ``open_session``; or a joint count differs.
+        BadInputError, LogError: as ``open_each``; or a joint count differs.
     """
-    sessions = [open_session(path) for path in paths]
+    opened, left_out = open_each(paths)
+    sessions = [session for _, session in opened]
     if not sessions:
         raise BadInputError("no run was given")
     first = sessions[0]
@@ -82,7 +113,7 @@ def open_runs(paths: Iterable[PathLike]) -> Session:
         robot=first.robot,
         runs=_named_apart(sessions),
         path=first.path if len(sessions) == 1 else None,
-        warnings=tuple(note for session in sessions for note in session.warnings),
+        warnings=(*left_out, *(note for session in sessions for note in session.warnings)),
     )
 
 

@@ -28,7 +28,8 @@ class PartFile:
     """A new ``.part``, locked while it is open.
 
     Raises:
-        LogError: it exists already or cannot be made.
+        FileExistsError: the name is taken.
+        LogError: it cannot be made.
     """
 
     def __init__(self, path: Path, start: bytes) -> None:
@@ -39,8 +40,8 @@ class PartFile:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(path, flags, 0o644)
         except OSError as error:
-            if path.exists():
-                raise LogError(f"{path}: exists already; a log is never overwritten") from None
+            if os.path.lexists(path):
+                raise FileExistsError(error.errno, "exists already", str(path)) from None
             raise LogError(f"{path}: cannot make the log: {error.strerror}") from None
         lock(self._file)
         try:
@@ -127,7 +128,7 @@ def beginning(
 
 
 def _built(builder: RecordBuilder) -> bytes:
-    return bytes(builder.end())  # type: ignore[no-untyped-call]
+    return bytes(builder.end())
 
 
 def _media_type(name: str) -> str:

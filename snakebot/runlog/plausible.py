@@ -10,7 +10,7 @@ from snakebot.runlog.run import Run
 
 MAX_MAGNITUDE = 1e6  # rad, m
 MAX_SPAN_S = 1e8  # three years
-MIN_STEP_S = 1e-6
+MIN_STEP_S = 1e-6  # of a time column, in the median; chosen: 1 MHz
 MAX_GAPS = 2_000_000  # samples that would be missing in a run sampled throughout as it is for the most part
 
 

@@ -28,6 +28,7 @@ from snakebot.runlog.channels import (
     LINK,
     POSE,
     ROBOT_ATTACHMENT,
+    STEERING,
     TELEMETRY,
     level_name,
 )
@@ -35,10 +36,10 @@ from snakebot.runlog.container import Container
 from snakebot.runlog.finish import merge_metadata
 from snakebot.runlog.log import RunLog
 from snakebot.runlog.records import Event, RawFrame
-from snakebot.safe_yaml import load_yaml
+from snakebot.safe_yaml import Lines, load_yaml
 
 MAX_NAMES = 1024  # of counters or readings: one message is one array cell for each
-MAX_MESSAGE_BYTES = 1 << 20
+MAX_MESSAGE_BYTES = 1 << 20  # chosen: a message of ours has less than 10 kB
 BATCH_MESSAGES = 8192  # decoded at once,
 BATCH_BYTES = 1 << 20  # or fewer if they are long
 
@@ -79,7 +80,7 @@ def _collector_paused() -> Iterator[None]:
             gc.enable()
 
 
-def _fill(container: Container, tables: dict[str, Table]) -> None:
+def _fill(container: Container, tables: dict[str, TopicTable]) -> None:
     stray = 0
     for messages in container.chunks():
         by_id = {number: tables.get(topic) for number, topic in container.topics.items()}
@@ -99,7 +100,7 @@ def _fill(container: Container, tables: dict[str, Table]) -> None:
         container.problems.append(f"{stray} messages on unknown channels: left out")
 
 
-class Table(ABC):
+class TopicTable(ABC):
     """The messages of one channel: bytes until there are many, then decoded."""
 
     def __init__(self) -> None:
@@ -132,7 +133,7 @@ class Table(ABC):
         """Take in decoded messages."""
 
 
-class JointsTable(Table):
+class JointsTable(TopicTable):
     SCALARS = ("t_s", "board_time_us", "latency_s", "sequence")
     VECTORS = ("setpoint_rad", "sent_rad", "applied_rad", "measured_rad")
 
@@ -165,7 +166,7 @@ class JointsTable(Table):
         return {name: np.concatenate(parts) for name, parts in self.parts.items()}
 
 
-class PoseTable(Table):
+class PoseTable(TopicTable):
     def __init__(self) -> None:
         super().__init__()
         self.parts: list[NDArray[np.float64]] = []
@@ -181,7 +182,7 @@ class PoseTable(Table):
         return np.concatenate(self.parts) if self.parts else np.empty((0, 5))
 
 
-class EventsTable(Table):
+class EventsTable(TopicTable):
     def __init__(self, allowed_bytes: int) -> None:
         super().__init__()
         self.allowed_bytes = allowed_bytes  # as JSON: the details are kept as they are
@@ -201,7 +202,7 @@ class EventsTable(Table):
             )
 
 
-class FramesTable(Table):
+class FramesTable(TopicTable):
     def __init__(self) -> None:
         super().__init__()
         self.frames: list[RawFrame] = []
@@ -212,7 +213,7 @@ class FramesTable(Table):
             self.frames.append(RawFrame(float(row["t_s"]), row["direction"], int(row["id"]), data))
 
 
-class NumbersTable(Table):
+class NumbersTable(TopicTable):
     """Named numbers at a time; not every message need have all of them."""
 
     def __init__(self, allowed_bytes: int) -> None:
@@ -249,13 +250,15 @@ class Tables:
         self.joints, self.poses, self.frames = JointsTable(), PoseTable(), FramesTable()
         self.events = EventsTable(allowed // 4)
         self.link, self.telemetry = NumbersTable(allowed), NumbersTable(allowed)
-        self.by_topic: dict[str, Table] = {
+        self.steering = NumbersTable(allowed)
+        self.by_topic: dict[str, TopicTable] = {
             JOINTS.topic: self.joints,
             POSE.topic: self.poses,
             EVENTS.topic: self.events,
             LINK.topic: self.link,
             FRAMES.topic: self.frames,
             TELEMETRY.topic: self.telemetry,
+            STEERING.topic: self.steering,
         }
 
 
@@ -273,6 +276,7 @@ def _assemble(container: Container, tables: Tables) -> RunLog:
     pose = tables.poses.array()
     link_t_s, counters = tables.link.columns()
     telemetry_t_s, readings = tables.telemetry.columns()
+    steering_t_s, steering = tables.steering.columns()
     log = RunLog(
         path=container.path,
         robot=robot,
@@ -299,6 +303,8 @@ def _assemble(container: Container, tables: Tables) -> RunLog:
         telemetry_t_s=telemetry_t_s,
         telemetry=readings,
         frames=tuple(tables.frames.frames),
+        steering_t_s=steering_t_s,
+        steering=steering,
     )
     _warn(container.path, problems)
     return log
@@ -321,7 +327,8 @@ def _robot(
     where = f"{path}: {ROBOT_ATTACHMENT}"
     try:
         if ROBOT_ATTACHMENT in attachments:
-            return robot_from_mapping(load_yaml(attachments[ROBOT_ATTACHMENT], where), where)
+            text = attachments[ROBOT_ATTACHMENT]
+            return robot_from_mapping(load_yaml(text, where), where, Lines(text))
         problems.append("the robot's description is missing")
         vectors = joints.parts.get("setpoint_rad")
         if not vectors and "joints" not in metadata:

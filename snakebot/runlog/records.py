@@ -6,10 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
+from snakebot.arrays import Floats
 
-Floats = NDArray[np.float64]
 PerJoint = Floats | Sequence[float]  # one number a joint; nan = none
 
 
@@ -34,7 +32,7 @@ class Tick:
 
 
 @dataclass(frozen=True, slots=True)
-class Pose:
+class PoseRecord:
     """Centre of mass and mean heading on the ground."""
 
     t_s: float
@@ -42,6 +40,26 @@ class Pose:
     y_m: float
     heading_rad: float
     speed_m_s: float = float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class SteeringRecord:
+    """One decision of a run that holds a course, or the offset's way back to straight where poses are stale.
+
+    Pose: mean over the last cycle. ``None``: nothing was decided; ``cross_track_m`` is also ``None`` without a line.
+    """
+
+    t_s: float
+    x_m: float
+    y_m: float
+    heading_rad: float
+    wanted_heading_rad: float | None
+    heading_error_rad: float | None
+    cross_track_m: float | None  # positive: left of the line
+    offset_rad: float  # that the joints get beside the gait's own
+    wanted_offset_rad: float | None  # before limits
+    saturated: bool
+    stale: bool
 
 
 Level = Literal["debug", "info", "warning", "error", "fatal"]
@@ -59,7 +77,7 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True)
-class LinkStatistics:
+class LinkRecord:
     """Counters of the link so far, by name (``sent``, ``received``, ``corrupt``, ``bytes_sent``, ...)."""
 
     t_s: float

@@ -36,9 +36,8 @@ def recover(
             f"{source}: not an unfinished log ({SUFFIX}{PART_SUFFIX}); to rewrite it give --output"
         )
     target = final_path(source if output is None else output)
-    if target.exists():
+    if os.path.lexists(target):
         raise LogError(f"{target}: exists already; a log is never overwritten; give another --output")
     if is_being_written(source):
         raise LogError(f"{source}: a run is still writing this log; recover it when that has ended")
-    problems = finish(source, target, Changes(metadata={"recovered": True}), keep_source=output is not None)
-    return target, problems
+    return finish(source, target, Changes(metadata={"recovered": True}), keep_source=output is not None)

@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.runlog.log import RunLog
 
-Floats = NDArray[np.float64]
-
-STEP_S = (
-    0.001  # of the resampled set-points: finer than any tick, so that straight lines between them do not jerk
-)
+MOST_GAP_S = 0.5  # between two set-points: five times what a board's watchdog lets pass in a run
 _EARLY = 0.02  # of a tick: rounding of a time on the tick's own instant
 
 
 def recorded_setpoints(log: RunLog) -> tuple[Floats, Floats]:
-    """Smooth set-points of the run: times (T,) from zero, angles (T, k), a cubic through the recorded ones.
+    """Set-points of the run: times (N,) from zero, angles (N, k).
 
     What was wanted before limits is taken: the limits of the robot that it is sent to apply anew. Times are those of
     the ticks for which the set-points were made, not of the (sometimes late) sending.
 
     Raises:
-        BadInputError: fewer than two ticks, or servos that were off in between.
+        BadInputError: fewer than two ticks, servos that were off in between, or a gap: what the joints were to do
+            there, nobody knows.
     """
     if log.t_s.size < 2:
         raise BadInputError(f"{log.path}: holds {log.t_s.size} ticks; nothing to replay")
@@ -33,10 +29,14 @@ def recorded_setpoints(log: RunLog) -> tuple[Floats, Floats]:
         raise BadInputError(
             f"{log.path}: servos were off at {log.t_s[off[0]]:.3f} s; such a run cannot be replayed"
         )
-    t_s = _tick_times(log)
-    spline = CubicSpline(t_s, log.setpoint_rad, axis=0)
-    fine = np.append(np.arange(0.0, t_s[-1], STEP_S), t_s[-1])
-    return fine, np.asarray(spline(fine), dtype=np.float64)
+    gaps = np.flatnonzero(np.diff(log.t_s) > MOST_GAP_S)
+    if gaps.size:
+        before_s, after_s = log.t_s[gaps[0] : gaps[0] + 2]
+        raise BadInputError(
+            f"{log.path}: no set-points between {before_s:.3f} and {after_s:.3f} s ({after_s - before_s:.3g} s; "
+            f"at most {MOST_GAP_S:g} s can be bridged): export the log as a table, cut it at the gap, import the parts"
+        )
+    return _tick_times(log), log.setpoint_rad
 
 
 def _tick_times(log: RunLog) -> Floats:

@@ -7,16 +7,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import NDArray
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
+from snakebot.in_words import plain
 from snakebot.robot import Robot
 
 if TYPE_CHECKING:
     from snakebot.gait import Gait
 
-Floats = NDArray[np.float64]
+_LONGEST_END = 400  # characters; an error's line has fewer
+FINISHED, CUT_SHORT = "finished", "cut short"
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +34,9 @@ class Run:
     command_rad: Floats  # (N, k); nan = servo off
     measured_rad: Floats  # (N, k); nan = sample lost
     applied_rad: Floats | None = None  # (N, k) set-point that the board says it executes; nan = not reported
-    pose: Floats | None = None  # (N, 3): x_m, y_m of the centre of mass, heading_rad; nan = not known
+    pose: Floats | None = (
+        None  # (N, 3): x_m, y_m of the centre of mass, heading_rad; nan = not known, as all headings may be
+    )
     gait: Gait | None = None
     forward_speed_m_s: float | None = None
     repeat_of: str | None = None  # name of the run that this one repeats
@@ -58,6 +62,19 @@ class Run:
     @property
     def joints(self) -> int:
         return int(self.command_rad.shape[1])
+
+    @property
+    def ended(self) -> str | None:
+        """How the run ended, in the log's words on one line; None where that is not known, as of a table."""
+        said = self.metadata.get("ended")
+        if not isinstance(said, str):
+            return None
+        return plain(said[:_LONGEST_END])
+
+    @property
+    def aborted(self) -> bool:
+        """Whether it is known to have ended otherwise than it was meant to: it is no measurement of its gait."""
+        return self.ended not in (None, FINISHED)
 
     @property
     def duration_s(self) -> float:

@@ -13,22 +13,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.errors import BadInputError
+from snakebot.nearest import misspelt, nearest, not_known
 from snakebot.robot import Robot, robot_from_mapping
-from snakebot.runlog.log import gait_from_mapping
+from snakebot.runlog.import_hint import import_hint
+from snakebot.runlog.log import STEERING_COLUMNS, gait_from_mapping
+from snakebot.runlog.number_table import TABLE_SUFFIXES, NumberTable, read_table
 from snakebot.runlog.plausible import plausible
 from snakebot.runlog.reader import LogWarning
 from snakebot.runlog.run import Run, Session
-from snakebot.runlog.table import TABLE_SUFFIXES, Table, read_table
-from snakebot.safe_yaml import load_yaml
+from snakebot.safe_yaml import Lines, load_yaml
 
 SESSION_FILE = "session.yaml"
-MAX_RUNS = 10_000
+MAX_RUNS = 10_000  # of one session; chosen: more is not a session but a mistake
 MAX_SESSION_SAMPLES = 50_000_000  # rows times joints, over all runs
 
 _PER_JOINT = re.compile(r"(cmd|enc|applied)_([1-9]\d{0,3})_rad|(current|temperature)_([1-9]\d{0,3})_(?:a|c)")
 _POSE = ("x_m", "y_m", "heading_rad")
-_SINGLE = frozenset({"t_s", *_POSE, "supply_v", "sequence", "board_time_us", "latency_s", "late"})
-RUN_KEYS = {"file", "gait", "forward_speed_m_s", "repeat_of", "hold_out", "metadata"}
+_SUPPLY = ("supply_v", "supply_a", "supply_temperature_c")
+_SINGLE = frozenset(
+    {"t_s", *_POSE, *_SUPPLY, *STEERING_COLUMNS, "sequence", "board_time_us", "latency_s", "late"}
+)
+RUN_KEYS = ("file", "gait", "forward_speed_m_s", "repeat_of", "hold_out", "metadata")
+_TOP_KEYS = ("robot", "runs")
 
 
 class _Noticed(NamedTuple):
@@ -49,10 +55,14 @@ def read_session(path: str | os.PathLike[str]) -> Session:
     if folder.name == SESSION_FILE:
         folder = folder.parent
     if not folder.is_dir():
-        raise BadInputError(f"{folder}: no such session folder")
+        what = "not a session folder" if folder.exists() else "no such session folder"
+        raise BadInputError(f"{folder}: {what}{import_hint(folder)}")
     where = folder / SESSION_FILE
-    data = _load(where)
-    robot = robot_from_mapping(data.get("robot"), f"{where}: robot")
+    data, lines = _load(where)
+    found = misspelt(data, _TOP_KEYS, [key for key in _TOP_KEYS if key not in data])
+    if found is not None:
+        raise BadInputError(f"{where}: {lines.of(found[0])}{not_known(found[0], _TOP_KEYS, 'a session')}")
+    robot = robot_from_mapping(data.get("robot"), f"{where}: robot", lines.under("robot"))
     entries = data.get("runs")
     if not isinstance(entries, list) or not entries:
         raise BadInputError(f"{where}: runs: needs a list with at least one run")
@@ -62,7 +72,9 @@ def read_session(path: str | os.PathLike[str]) -> Session:
     runs: list[Run] = []
     samples = 0
     for index, entry in enumerate(entries):
-        run = _read_run(folder, f"{where}: runs[{index + 1}]", entry, robot, noticed)
+        run = _read_run(
+            folder, f"{where}: runs[{index + 1}]", entry, robot, noticed, lines.under("runs", index)
+        )
         samples += run.command_rad.size
         if samples > MAX_SESSION_SAMPLES:
             raise BadInputError(f"{where}: more than {MAX_SESSION_SAMPLES} samples in all; not read")
@@ -74,21 +86,26 @@ def read_session(path: str | os.PathLike[str]) -> Session:
     return Session(robot=robot, runs=tuple(runs), path=folder, warnings=tuple(notes))
 
 
-def _load(where: Path) -> Mapping[str, Any]:
+def _load(where: Path) -> tuple[Mapping[str, Any], Lines]:
     try:
         if where.stat().st_size > 4 << 20:
             raise BadInputError(f"{where}: larger than 4 MiB; not read")
-        data = load_yaml(where.read_bytes(), str(where))
+        text = where.read_bytes()
     except OSError as error:
-        raise BadInputError(f"{where}: cannot read the session: {error.strerror}") from None
+        hint = import_hint(where.parent) if isinstance(error, FileNotFoundError) else ""
+        raise BadInputError(f"{where}: cannot read the session: {error.strerror}{hint}") from None
+    data = load_yaml(text, str(where))
     if not isinstance(data, Mapping):
         raise BadInputError(f"{where}: a session is a mapping with the keys robot and runs")
-    return data
+    return data, Lines(text)
 
 
-def _read_run(folder: Path, where: str, entry: Any, robot: Robot, noticed: _Noticed) -> Run:
+def _read_run(folder: Path, where: str, entry: Any, robot: Robot, noticed: _Noticed, lines: Lines) -> Run:
     if not isinstance(entry, Mapping):
         raise BadInputError(f"{where}: a run is a mapping with the key file")
+    found = misspelt(entry, RUN_KEYS, () if "file" in entry else ("file",))
+    if found is not None:
+        raise BadInputError(f"{where}: {lines.of(found[0])}{not_known(found[0], RUN_KEYS, 'a run')}")
     file = _inside(folder, where, entry.get("file"))
     speed = entry.get("forward_speed_m_s")
     if speed is not None and (
@@ -112,7 +129,7 @@ def _read_run(folder: Path, where: str, entry: Any, robot: Robot, noticed: _Noti
         robot.joints,
         noticed.columns,
         name=str(entry["file"]),
-        gait=gait_from_mapping(entry.get("gait"), where),
+        gait=gait_from_mapping(entry.get("gait"), where, lines.under("gait")),
         forward_speed_m_s=None if speed is None else float(speed),
         repeat_of=repeat_of,
         hold_out=hold_out,
@@ -146,7 +163,7 @@ def _inside(folder: Path, where: str, name: Any) -> Path:
     return path
 
 
-def run_from_table(path: Path, table: Table, joints: int, unknown: set[str], **about: Any) -> Run:
+def run_from_table(path: Path, table: NumberTable, joints: int, unknown: set[str], **about: Any) -> Run:
     """Make a run of a table's columns; names of unknown columns are added to ``unknown``.
 
     Raises:
@@ -173,10 +190,9 @@ def run_from_table(path: Path, table: Table, joints: int, unknown: set[str], **a
             f"{path}: row 1: {len(applied)} of {joints} columns applied_i_rad; give all or none"
         )
     pose = [name for name in _POSE if name in columns]
-    if pose and len(pose) != 3:
-        raise BadInputError(
-            f"{path}: row 1: a pose needs x_m, y_m and heading_rad; found only {', '.join(pose)}"
-        )
+    if pose and pose[:2] != ["x_m", "y_m"]:
+        raise BadInputError(f"{path}: row 1: a pose needs x_m and y_m; found only {', '.join(pose)}")
+    unknown_heading = np.full(t_s.size, np.nan)  # x and y alone: path and speed count, heading does not
     used = {
         "t_s",
         *_POSE,
@@ -189,7 +205,7 @@ def run_from_table(path: Path, table: Table, joints: int, unknown: set[str], **a
         command_rad=stack("cmd"),
         measured_rad=stack("enc"),
         applied_rad=stack("applied") if applied else None,
-        pose=np.stack([columns[name] for name in _POSE], axis=1) if pose else None,
+        pose=np.stack([columns.get(name, unknown_heading) for name in _POSE], axis=1) if pose else None,
         extra=extra,
         **about,
     )
@@ -233,13 +249,19 @@ def _check_names(where: str, folder: Path, runs: list[Run]) -> None:
 def _notes(where: Path, noticed: _Noticed, data: Mapping[str, Any]) -> list[str]:
     notes = []
     if noticed.columns:
-        notes.append(f"{where}: unknown columns kept, not used: {_list(noticed.columns)}")
-    keys = noticed.keys | {str(key) for key in data if key not in ("robot", "runs")}
+        notes.append(f"{where}: unknown columns kept, not used: {_list(dict.fromkeys(noticed.columns, ()))}")
+    keys: dict[str, tuple[str, ...]] = dict.fromkeys(noticed.keys, RUN_KEYS)
+    keys |= {str(key): _TOP_KEYS for key in data if key not in _TOP_KEYS}
     if keys:
         notes.append(f"{where}: unknown keys kept, not used: {_list(keys)}")
     return notes
 
 
-def _list(names: Iterable[str]) -> str:
+def _list(names: Mapping[str, Iterable[str]]) -> str:
+    """The first of some names, each with the one that is like it among those it could have been."""
     ordered = sorted(names)
-    return ", ".join(ordered[:8]) + (f" and {len(ordered) - 8} more" if len(ordered) > 8 else "")
+    shown = []
+    for name in ordered[:8]:
+        near = nearest(name, names[name])
+        shown.append(name if near is None else f"{name} (did you mean {near}?)")
+    return ", ".join(shown) + (f" and {len(ordered) - 8} more" if len(ordered) > 8 else "")

@@ -15,14 +15,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from snakebot.errors import BadInputError
+from snakebot.errors import BadInputError, cannot_write
 from snakebot.robot import Robot
 from snakebot.runlog.log import gait_to_mapping
+from snakebot.runlog.number_table import TABLE_SUFFIXES
 from snakebot.runlog.run import Run
 from snakebot.runlog.session import RUN_KEYS, SESSION_FILE
-from snakebot.runlog.table import TABLE_SUFFIXES
 from snakebot.safe_yaml import dump_yaml
-from snakebot.whole_files import replacing
+from snakebot.whole_files import creating
 
 TableFormat = Literal["csv", "csv.gz", "parquet"]
 
@@ -64,12 +64,12 @@ def write_session(
         for run in runs:
             write_table(folder / files[run.name], run_columns(run))
         text = dump_yaml({"robot": robot.to_mapping(), "runs": [_entry(run, files) for run in runs]})
-        with replacing(folder / SESSION_FILE) as whole:
+        with creating(folder / SESSION_FILE) as whole:
             whole.write_text(text, encoding="utf-8")
     except OSError as error:
         if ours:
             _take_away(folder, files.values(), new)
-        raise BadInputError(f"{folder}: cannot write the session: {error.strerror}") from None
+        raise cannot_write(f"{folder}: cannot write the session", error) from None
     return folder
 
 
@@ -100,11 +100,11 @@ def write_table(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
 
     Raises:
         BadInputError: the name says no known form.
-        OSError: it cannot be written.
+        OSError: it exists already, were it only a link, or cannot be written.
     """
     if not path.name.endswith(TABLE_SUFFIXES):
         raise BadInputError(f"{path}: not a table that is written here ({', '.join(TABLE_SUFFIXES)})")
-    with replacing(path) as whole:
+    with creating(path) as whole:
         if path.name.endswith(".parquet"):
             import pyarrow as pa
             import pyarrow.parquet as pq

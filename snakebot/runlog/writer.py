@@ -11,8 +11,9 @@ from __future__ import annotations
 import os
 import threading
 import time
+import warnings
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -23,13 +24,14 @@ from snakebot.errors import LogError
 from snakebot.robot import Robot
 from snakebot.runlog import channels
 from snakebot.runlog.finish import finish
-from snakebot.runlog.naming import PART_SUFFIX, final_path
+from snakebot.runlog.naming import PART_SUFFIX, final_path, numbered
 from snakebot.runlog.part_file import PartFile, beginning, chunk, message, metadata_record
-from snakebot.runlog.records import Event, LinkStatistics, Pose, RawFrame, Telemetry, Tick
+from snakebot.runlog.records import Event, LinkRecord, PoseRecord, RawFrame, SteeringRecord, Telemetry, Tick
 
 FLUSH_S = 0.2  # with the time to sync, well within the half second that a crash may cost
-CHUNK_BYTES = 16 << 10
-WAKE_BYTES = 1 << 20
+CHUNK_BYTES = 16 << 10  # of a log's chunk; chosen: a crash loses no more
+WAKE_BYTES = 1 << 20  # that may wait before the writer is woken early; chosen
+# Between two looks at a full queue; a write that takes longer is told. Chosen.
 GIVE_WAY_S, DISK_HANGS_S = 1e-3, 0.2
 MAX_QUEUE_BYTES = 64 << 20  # a disk that hangs for minutes is reported, not buffered without end
 
@@ -39,6 +41,7 @@ class RunWriter:
 
     Args:
         path: final name; ``.mcap`` is added where it is missing. Neither it nor its ``.part`` may exist.
+        or_numbered: where the name is taken, take the next free number.
         robot: attached as ``robot.yaml``.
         metadata: what describes the run (gait, faults, port, versions, ...): anything JSON can carry.
         attachments: further files to carry, by name (the DBC, an effects file).
@@ -46,6 +49,7 @@ class RunWriter:
             in mid-run does not disorder the log; the wall clock of each tick is kept as its publish time.
         flush_s: longest time that a record waits in this process.
         sync_s: longest time between two requests to reach the disk.
+        tap: is handed each record, too (channel's number, log time in ns, JSON); it must neither wait nor raise.
 
     Raises:
         LogError: the log cannot be made. Every later call raises it too, in one clear line, as soon as a
@@ -60,26 +64,26 @@ class RunWriter:
         robot: Robot,
         metadata: Mapping[str, Any] | None = None,
         *,
+        or_numbered: bool = False,
         attachments: Mapping[str, bytes] | None = None,
         start_time_ns: int | None = None,
         flush_s: float = FLUSH_S,
         sync_s: float = FLUSH_S,
+        tap: Callable[[int, int, bytes], None] | None = None,
     ) -> None:
-        self.path = final_path(path)
-        self.part_path = self.path.with_name(self.path.name + PART_SUFFIX)
         self.joints = robot.joints
         self.start_time_ns = time.time_ns() if start_time_ns is None else start_time_ns
         self._flush_s, self._sync_s = flush_s, sync_s
+        self._tap = tap
         self._queue: deque[bytes] = deque()
         self._queued_bytes = self._written_bytes = 0
         self._sequence = dict.fromkeys((channel.id for channel in channels.CHANNELS), 0)
         self._writing_since_s: float | None = None
         self._error: str | None = None
         self._reported = self._closed = False
-        if self.path.exists():
-            raise LogError(f"{self.path}: exists already; a log is never overwritten")
         start = beginning(robot, metadata or {}, attachments or {}, self.start_time_ns)
-        self._file = PartFile(self.part_path, start)
+        self.path, self._file = _claimed(path, start, or_numbered)
+        self.part_path = self._file.path
         self._wake, self._last_sync = threading.Event(), threading.Event()
         self._flusher = threading.Thread(target=self._flush_loop, name="runlog-flush", daemon=True)
         self._syncer = threading.Thread(target=self._sync_loop, name="runlog-sync", daemon=True)
@@ -102,7 +106,7 @@ class RunWriter:
         data = channels.encode_tick(tick)
         self._put(channels.JOINTS.id, tick.t_s, data, tick.sequence, tick.host_time_ns)
 
-    def pose(self, pose: Pose) -> None:
+    def pose(self, pose: PoseRecord) -> None:
         """Record where the robot is."""
         self._put(channels.POSE.id, pose.t_s, channels.encode_pose(pose, self.start_time_ns))
 
@@ -110,13 +114,17 @@ class RunWriter:
         """Record that something happened."""
         self._put(channels.EVENTS.id, event.t_s, channels.encode_event(event, self.start_time_ns))
 
-    def link_statistics(self, statistics: LinkStatistics) -> None:
+    def link_statistics(self, statistics: LinkRecord) -> None:
         """Record the link's counters."""
         self._put(channels.LINK.id, statistics.t_s, channels.encode_link(statistics))
 
     def telemetry(self, telemetry: Telemetry) -> None:
         """Record further readings: supply, currents, temperatures."""
         self._put(channels.TELEMETRY.id, telemetry.t_s, channels.encode_telemetry(telemetry))
+
+    def steering(self, steering: SteeringRecord) -> None:
+        """Record a decision of a run that holds a course."""
+        self._put(channels.STEERING.id, steering.t_s, channels.encode_steering(steering))
 
     def frame(self, frame: RawFrame) -> None:
         """Record one frame of the wire."""
@@ -139,6 +147,8 @@ class RunWriter:
             self._sequence[channel_id] = sequence + 1
         log_ns = max(0, self.start_time_ns + round(t_s * 1e9))
         self._append(message(channel_id, sequence, log_ns, max(0, wall_ns or log_ns), data))
+        if self._tap is not None:
+            self._tap(channel_id, log_ns, data)
 
     def _append(self, record: bytes) -> None:
         if self.waiting_bytes > MAX_QUEUE_BYTES:
@@ -161,10 +171,17 @@ class RunWriter:
         if self._writing_since_s is None or time.monotonic() - self._writing_since_s < DISK_HANGS_S:
             time.sleep(GIVE_WAY_S)
 
+    def flush(self) -> None:
+        """Wait until all that was recorded can be read from the ``.part``, or cannot be written: ``close`` tells."""
+        while self.waiting_bytes and self._error is None:
+            self._wake.set()
+            time.sleep(GIVE_WAY_S)
+
     # --- closing
 
     def close(self) -> Path:
-        """Write what is left, compress, add the index and give the log its final name. Returns that name.
+        """Write what is left, compress, add the index and give the log its final name. Returns that name: the next
+        free number where another file has taken the name meanwhile.
 
         Raises:
             LogError: it could not be written whole; what was written stays in the ``.part``. An error that
@@ -172,18 +189,33 @@ class RunWriter:
         """
         if self._closed:
             return self.part_path if self._error is not None else self.path
+        self._end_threads()
+        if self._error is None:
+            wanted = self.path
+            self.path = finish(self.part_path, wanted, or_numbered=True).path
+            if self.path != wanted:
+                warnings.warn(
+                    f"{wanted}: appeared while the run went on, and stays; the run is in {self.path}",
+                    stacklevel=2,
+                )
+            return self.path
+        if not self._reported:
+            raise LogError(self._error)
+        return self.part_path
+
+    def discard(self) -> None:
+        """End without a log: of a run that was refused, nothing is kept."""
+        if not self._closed:
+            self._end_threads()
+            self.part_path.unlink(missing_ok=True)
+
+    def _end_threads(self) -> None:
         self._closed = True
         self._wake.set()
         self._flusher.join()
         self._last_sync.set()
         self._syncer.join()
         self._file.close()
-        if self._error is None:
-            finish(self.part_path, self.path)
-            return self.path
-        if not self._reported:
-            raise LogError(self._error)
-        return self.part_path
 
     def __enter__(self) -> RunWriter:
         return self
@@ -254,3 +286,17 @@ class RunWriter:
                 f"{self.part_path}: the log cannot be written any further: {why}; what was written until "
                 "then can be read as it is, or finished with 'snakebot log recover'"
             )
+
+
+def _claimed(path: str | os.PathLike[str], start: bytes, or_numbered: bool) -> tuple[Path, PartFile]:
+    """A final name that is free, and its ``.part``, which nobody else has."""
+    final = final_path(path)
+    if Path(path).is_dir():
+        raise LogError(f"{path}: is a folder; give the name of a log in it")
+    for name in numbered(final) if or_numbered else (final,):
+        if not os.path.lexists(name):
+            try:
+                return name, PartFile(name.with_name(name.name + PART_SUFFIX), start)
+            except FileExistsError:
+                continue
+    raise LogError(f"{final}: exists already; a log is never overwritten")

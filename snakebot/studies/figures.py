@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from snakebot.errors import BadInputError
+from snakebot.errors import cannot_write
+from snakebot.report.blocks import significant
 from snakebot.studies.pareto import Pareto
 from snakebot.studies.sweep import POWER, SPEED
 
@@ -46,7 +47,7 @@ def save(figure: Figure, folder: Path, name: str) -> list[Path]:
         for path in paths:
             figure.savefig(path, dpi=130)
     except OSError as error:
-        raise BadInputError(f"{folder}: cannot write the figures: {error.strerror}") from None
+        raise cannot_write(f"{folder}: cannot write the figures", error) from None
     return paths
 
 
@@ -82,17 +83,32 @@ def pareto_figure(result: Pareto) -> Figure:
 
 
 def grid_figure(grid: Grid) -> Figure:
-    """Speed and power over alpha and beta."""
-    figure = new_figure(columns=2, width=4.6)
-    pairs = (("speed, m/s", grid.speed_m_s), ("power, W", grid.power_w))
-    for axes, (name, values) in zip(figure.axes, pairs, strict=True):
+    """Speed and power over alpha and beta, a number in every cell: the figure grows with the grid."""
+    import numpy as np
+
+    alphas, betas = np.asarray(grid.alpha_deg), np.asarray(grid.beta_deg)
+    width, height = max(5.4, 1.8 + 0.62 * len(betas)), max(4.4, 1.4 + 0.42 * len(alphas))
+    figure = new_figure(columns=2, width=width, height=height)
+    pairs = (("speed", "m/s", grid.speed_m_s), ("power", "W", grid.power_w))
+    for axes, (name, unit, values) in zip(figure.axes, pairs, strict=True):
         axes.grid(visible=False)
-        image = axes.pcolormesh(grid.beta_deg, grid.alpha_deg, values, cmap="viridis")
-        for i, alpha in enumerate(grid.alpha_deg):
-            for j, beta in enumerate(grid.beta_deg):
-                axes.text(beta, alpha, f"{values[i, j]:.3f}", ha="center", va="center", fontsize=7, color="w")
-        axes.set(xlabel="beta, deg", ylabel="alpha, deg", title=f"{name} at omega {grid.omega_rad_s:g} rad/s")
-        figure.colorbar(image, ax=axes)
+        image = axes.pcolormesh(betas, alphas, values, cmap="viridis")
+        low, high = image.get_clim()
+        for i, alpha in enumerate(alphas):
+            for j, beta in enumerate(betas):
+                # viridis ends in yellow: white is read on its lower part only
+                color = "k" if values[i, j] > low + 0.6 * (high - low) else "w"
+                text = significant(float(values[i, j]), 3, 3)
+                axes.text(beta, alpha, text, ha="center", va="center", fontsize=10, color=color)
+        axes.set_xticks(betas)
+        axes.set_yticks(alphas)
+        axes.tick_params(labelsize=11)
+        axes.set_xlabel("beta, deg (phase from joint to joint)", fontsize=12)
+        axes.set_ylabel("alpha, deg (amplitude)", fontsize=12)
+        axes.set_title(f"{grid.robot.name}: {name} at omega {grid.omega_rad_s:g} rad/s", fontsize=13)
+        bar = figure.colorbar(image, ax=axes)
+        bar.set_label(f"{name}, {unit}", fontsize=12)
+        bar.ax.tick_params(labelsize=11)
     return figure
 
 
@@ -124,7 +140,12 @@ def speed_figure(rows: Sequence[SpeedRow]) -> Figure:
     speed.legend(frameon=False)
     for joint in range(len(rows[0].tracking_error)):
         error.plot(omega, [row.tracking_error[joint] for row in rows], ".-", label=f"joint {joint + 1}")
-    error.set(xlabel="omega, rad/s", ylabel="TE", title="tracking error (37)", ylim=(0, None))
+    error.set(
+        xlabel="omega, rad/s",
+        ylabel="TE",
+        title="tracking error TE: rms error over amplitude",
+        ylim=(0, None),
+    )
     error.legend(frameon=False)
     return figure
 

@@ -23,13 +23,13 @@ from typing import Any
 import numpy as np
 
 from snakebot.errors import BadInputError
+from snakebot.physics.model import STANDARD_GRAVITY_M_S2
 
-GRAVITY_M_S2 = 9.80665
 COLUMNS = ("incline_deg", "belt_speed_m_s", "link_angle_deg")
 NAMES = ("ct", "ct0", "cn", "cn0")
 UNITS = {"ct": "N s/m", "ct0": "N", "cn": "N s/m", "cn0": "N"}
-_MAX_ROWS = 100_000
-_WORST_CONDITION = 1e8
+_MAX_ROWS = 100_000  # chosen: a table made by hand has less than a hundred
+_WORST_CONDITION = 1e8  # of the design matrix; chosen: beyond it half of the digits are lost
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def fit_friction(table: Sequence[Measurement], link_mass_kg: float) -> FrictionF
         raise BadInputError(f"mass of a link {link_mass_kg}: must be a positive number of kg")
     speed = np.array([row.belt_speed_m_s for row in table])
     angle = np.array([row.link_angle_rad for row in table])
-    pull = link_mass_kg * GRAVITY_M_S2 * np.sin([row.incline_rad for row in table])
+    pull = link_mass_kg * STANDARD_GRAVITY_M_S2 * np.sin([row.incline_rad for row in table])
     cos, sin = np.cos(angle), np.sin(angle)
     turned = bool((angle > 0).any())
     design = np.column_stack([speed * cos**2, cos, speed * sin**2, sin][: 4 if turned else 2])
@@ -158,7 +158,7 @@ def forces(
     """(v_t, F_t) of the straight rows and (v_n, F_n) of the turned ones: the points of Figs. 12 and 14."""
     tangential, normal = [], []
     for row in table:
-        pull = fit.link_mass_kg * GRAVITY_M_S2 * math.sin(row.incline_rad)
+        pull = fit.link_mass_kg * STANDARD_GRAVITY_M_S2 * math.sin(row.incline_rad)
         cos, sin = math.cos(row.link_angle_rad), math.sin(row.link_angle_rad)
         v_t = row.belt_speed_m_s * cos
         if row.link_angle_rad == 0:

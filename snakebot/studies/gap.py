@@ -17,18 +17,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.robot import Robot
 from snakebot.studies.speed import SpeedRow, speed_study
 
-Vector = npt.NDArray[np.float64]
-
 # The paper's gaits: alpha falls from 70 to 40 deg as omega rises from 1 to 5, through (66, 80) at 2; beta is near 80.
 ALPHA_OF_OMEGA_DEG = ((1.0, 70.0), (2.0, 66.0), (5.0, 40.0))
-BETA_DEG = 80.0
+BETA_DEG = 80.0  # as above
 
 
 @dataclass(frozen=True)
@@ -117,7 +115,7 @@ def measured(rows: Sequence[SpeedRow], target: Target) -> float:
     return float(getattr(row, target.quantity))
 
 
-def errors(rows: Sequence[SpeedRow], targets: Sequence[Target] = TARGETS) -> Vector:
+def errors(rows: Sequence[SpeedRow], targets: Sequence[Target] = TARGETS) -> Floats:
     """Deviation of each target over its sigma; an upper bound costs nothing below it."""
     found = []
     for target in targets:
@@ -147,14 +145,14 @@ def fit_effects(
     slots = [(name, key, *bounds) for name in names for key, bounds in RANGES[name].items()]
     low, high = (np.log([slot[side] for slot in slots]) for side in (2, 3))
 
-    def texts(point: Vector) -> tuple[str, ...]:
+    def texts(point: Floats) -> tuple[str, ...]:
         value = dict(zip([slot[:2] for slot in slots], np.exp(np.clip(point, low, high)), strict=True))
         return tuple(
             f"{name}:" + ",".join(f"{key}={float(value[name, key]):.4g}" for key in RANGES[name])
             for name in names
         )
 
-    def misfit(point: Vector) -> float:
+    def misfit(point: Floats) -> float:
         outside = float(np.sum(np.maximum(0.0, np.abs(point - np.clip(point, low, high)))))
         found = float(np.sum(errors(speed_study(robot, gaits, texts(point))) ** 2))
         return found * (1 + outside) if math.isfinite(found) else 1e6

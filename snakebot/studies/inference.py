@@ -14,8 +14,8 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.studies.optimum import Optimum, cheapest, slope_through_origin
 
@@ -23,15 +23,14 @@ if TYPE_CHECKING:
     from snakebot.physics import ChainModel
     from snakebot.robot import Robot
 
-Vector = npt.NDArray[np.float64]
 
 # The sweep that a fit repeats: coarse, as the optimum is found between its gaits.
 ALPHA_DEG = np.arange(18.0, 91.0, 6.0)
 BETA_DEG = np.arange(60.0, 109.0, 8.0)
 OMEGA_RAD_S = np.array([0.5, 1.0, 1.5, 2.0, 3.0, 4.5, 6.5, 9.0])
 STEPS, CYCLES = 240, 4  # a step is a third of the paper study's: an error of 1 % in power
-OPTIMUM = (66.0, 80.0, 2.0)
-LINE_OMEGAS = (2.0, 3.0, 4.0, 5.0)
+OPTIMUM = (66.0, 80.0, 2.0)  # alpha and beta in deg, omega in rad/s: the paper's optimal gait
+LINE_OMEGAS = (2.0, 3.0, 4.0, 5.0)  # rad/s: points on the line of the paper's Fig. 17
 TILT_DEG, TILT_STEP_DEG = 2.0, 0.2  # Section VII: where the robot starts to roll, and the step of the tilt
 
 
@@ -57,7 +56,7 @@ class Reading:
 
 _EXTRA = {"sign_width_m_s": 0.05, "ct0_factor": 1.5}  # where a fit starts
 READINGS = (
-    Reading("printed", "friction as printed (25), a sharp sign"),
+    Reading("printed", "friction as the paper prints it, a sharp sign"),
     Reading("soft_sign", "as printed, the sign smoothed over a speed that is fitted", more=("sign_width_m_s",)),
     Reading("no_normal_coulomb", "Coulomb friction along the links only", normal_coulomb=False),
     Reading(
@@ -194,14 +193,14 @@ def fit_reading(robot: Robot, reading: Reading) -> Inference:
     start = {"half_length_m": 0.1, "link_mass_kg": 1.4, **_EXTRA}
     known: dict[tuple[float, ...], dict[str, float]] = {}
 
-    def ours(point: Vector) -> dict[str, float]:
+    def ours(point: Floats) -> dict[str, float]:
         key = tuple(np.round(point, 6))
         if key not in known:
             values = dict(zip(names, np.exp(point), strict=True))
             known[key] = evaluate(robot, reading, {k: float(x) for k, x in values.items()})
         return known[key]
 
-    def errors(point: Vector) -> Vector:
+    def errors(point: Floats) -> Floats:
         found = ours(point)
         return np.array([fact.error(found[fact.name]) for fact in listed])
 

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from snakebot.arrays import Floats
 from snakebot.gait import Gait
 from snakebot.robot import Robot
-from snakebot.studies.sweep import POWER, SPEED, Conditions, Vector, compute
+from snakebot.studies.sweep import POWER, SPEED, Conditions, compute
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,10 +19,10 @@ class Grid:
 
     robot: Robot
     omega_rad_s: float
-    alpha_deg: Vector
-    beta_deg: Vector
-    speed_m_s: Vector
-    power_w: Vector
+    alpha_deg: Floats
+    beta_deg: Floats
+    speed_m_s: Floats
+    power_w: Floats
 
     def summary(self) -> dict[str, Any]:
         """Plain values for ``--json``."""

@@ -12,9 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Vector = npt.NDArray[np.float64]
+from snakebot.arrays import Floats
 
 SLACK = 0.02  # of the power: what counts as just as good
 _SHIFTS = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
@@ -33,7 +32,7 @@ class Optimum:
     beta_range_deg: tuple[float, float]
 
 
-def cheapest(gaits: Vector, speed_m_s: Vector, power_w: Vector, speeds: Sequence[float]) -> list[Optimum]:
+def cheapest(gaits: Floats, speed_m_s: Floats, power_w: Floats, speeds: Sequence[float]) -> list[Optimum]:
     """Optima at the speeds that lie inside the sweep; speeds whose optimum is at its edge are left out.
 
     Args:
@@ -64,7 +63,7 @@ def cheapest(gaits: Vector, speed_m_s: Vector, power_w: Vector, speeds: Sequence
     return found
 
 
-def _between(axes: list[Vector], cost: Vector, log_omega: Vector, speed: float) -> Optimum | None:
+def _between(axes: list[Floats], cost: Floats, log_omega: Floats, speed: float) -> Optimum | None:
     i, j = np.unravel_index(int(np.argmin(cost)), cost.shape)
     if not (0 < i < cost.shape[0] - 1 and 0 < j < cost.shape[1] - 1):
         return None

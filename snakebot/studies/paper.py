@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.gait import Gait
 from snakebot.robot import Robot, load_robot
 from snakebot.studies.gap import paper_gait
@@ -22,7 +22,6 @@ from snakebot.studies.paper_claims import POWER, SPEED, Evidence, Front, Row, ro
 from snakebot.studies.pareto import ALPHA_DEG, BETA_DEG, OMEGA_RAD_S, Pareto, front_of, pareto
 from snakebot.studies.speed import speed_study
 
-Vector = npt.NDArray[np.float64]
 Step = Callable[[str], None]
 
 # Beyond the paper's 5 rad/s, so that the optimum at 5 lies inside the sweep and not at its edge.
@@ -32,7 +31,7 @@ SERVO = "paper_servo"
 READING_M, READING_KG = 0.118, 1.43  # what `infer` gives for friction without a normal Coulomb part
 
 
-def grid(quick: bool) -> Vector:
+def grid(quick: bool) -> Floats:
     """The paper's gaits and those beyond 5 rad/s, (G, 3); ``quick``: an eighth of them, around the optima."""
     alpha, beta, omega = ALPHA_DEG, BETA_DEG, np.concatenate([OMEGA_RAD_S, BEYOND_RAD_S])
     if quick:
@@ -106,7 +105,7 @@ def viscous(robot: Robot) -> Robot:
     return robot.model_copy(update={"name": f"{robot.name}_viscous", "body": body})
 
 
-def front(robot: Robot, swept: Vector) -> Front:
+def front(robot: Robot, swept: Floats) -> Front:
     """The front of the paper's own gaits, and the cheapest gaits between all that were swept."""
     own = swept[swept[:, 2] <= OMEGA_RAD_S[-1] + 1e-9]
     result = Pareto(robot, own, front_of(own[:, SPEED], own[:, POWER]))

@@ -23,8 +23,10 @@ SPEED, POWER = COLUMNS.index("speed_m_s"), COLUMNS.index("power_in_w")
 ALPHA_STEP_DEG, BETA_STEP_DEG, LINE_SHARE, ABOUT_SHARE = 3.0, 6.0, 0.05, 0.10
 SPEED_SHARE = 0.05  # of a speed that is printed with two digits
 TEXT_M_S = 0.02  # of the speeds of Section IX
-FAST_OMEGA, SLOW_OMEGA = 5.0, 1.0
+FAST_OMEGA, SLOW_OMEGA = 5.0, 1.0  # rad/s; ends of the paper's range
+# Joints that are free or rigid together: inner ones.
 BELLY: tuple[tuple[int, ...], ...] = ((2,), (3,), (4,), (2, 3), (3, 4))
+# The same, of which the paper says that rigid ones make it faster.
 FASTER: tuple[tuple[int, ...], ...] = ((1,), (5,), (1, 2), (4, 5))
 LITTLE_SHARE = 0.5  # of the healthy speed: what "little locomotion" may be at most
 MUCH_POWER = 2.0  # times the healthy power: what "much higher" is at least

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.robot import Robot
 from snakebot.studies import sweep as sweeps
-from snakebot.studies.sweep import POWER, SPEED, Conditions, Progress, Vector
+from snakebot.studies.sweep import POWER, SPEED, Conditions, Progress
 
 # The paper's grid (Section V): 9000 gaits.
 ALPHA_DEG = np.arange(3.0, 90.1, 3.0)
@@ -25,7 +26,7 @@ BETA_DEG = np.arange(6.0, 180.1, 6.0)
 OMEGA_RAD_S = np.arange(0.5, 5.01, 0.5)
 
 
-def paper_grid() -> Vector:
+def paper_grid() -> Floats:
     """All gaits of the paper's grid, shape (9000, 3): alpha and beta in rad, omega in rad/s."""
     alpha, beta, omega = np.meshgrid(np.radians(ALPHA_DEG), np.radians(BETA_DEG), OMEGA_RAD_S, indexing="ij")
     return np.column_stack([alpha.ravel(), beta.ravel(), omega.ravel()])
@@ -48,7 +49,7 @@ class Pareto:
     """Result of a sweep: rows of ``COLUMNS``, and the indices of those on the front."""
 
     robot: Robot
-    rows: Vector
+    rows: Floats
     front: npt.NDArray[np.intp]
 
     def optimum(self, omega_rad_s: float) -> dict[str, float] | None:
@@ -88,7 +89,7 @@ class Pareto:
         }
 
 
-def _named(row: Vector) -> dict[str, float]:
+def _named(row: Floats) -> dict[str, float]:
     return {
         "alpha_deg": float(np.degrees(row[0])),
         "beta_deg": float(np.degrees(row[1])),
@@ -138,12 +139,12 @@ def pareto(
     return result
 
 
-def _spacing(values: Vector) -> float:
+def _spacing(values: Floats) -> float:
     distinct = np.unique(np.round(values, 12))
     return float(np.diff(distinct).min()) if len(distinct) > 1 else 0.0
 
 
-def _neighbours(rows: Vector, front: npt.NDArray[np.intp], spacing: Vector) -> Vector:
+def _neighbours(rows: Floats, front: npt.NDArray[np.intp], spacing: Floats) -> Floats:
     """Gaits one spacing away from the front's in alpha, beta or both, that have not been computed."""
     steps = np.array([(a, b, 0) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b], dtype=float)
     candidates = (rows[front, None, :3] + steps * spacing).reshape(-1, 3)

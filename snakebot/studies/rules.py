@@ -11,18 +11,16 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.robot import Robot
 from snakebot.studies.optimum import Optimum, cheapest
 from snakebot.studies.pareto import front_of
 
-Vector = npt.NDArray[np.float64]
-
 ALPHA_DEG, BETA_DEG = np.arange(18.0, 91.0, 6.0), np.arange(36.0, 133.0, 12.0)
 OMEGA_RAD_S = np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0])
-STEPS, CYCLES = 240, 3
+STEPS, CYCLES = 240, 3  # steps a cycle, and cycles of which the last is measured; chosen
 
 
 @dataclass(frozen=True)
@@ -49,7 +47,7 @@ def choices(robot: Robot, omega_rad_s: float = 2.0) -> list[Choice]:
     a, b, w = np.meshgrid(np.radians(ALPHA_DEG), np.radians(BETA_DEG), OMEGA_RAD_S, indexing="ij")
     gaits = np.column_stack([a.ravel(), b.ravel(), w.ravel()])
 
-    def one(gait: Vector) -> tuple[float, float, float]:
+    def one(gait: Floats) -> tuple[float, float, float]:
         moved = gait_trajectory(model, gait, cycles=CYCLES, steps_per_cycle=STEPS)
         last = slice((CYCLES - 1) * STEPS + 1, None)
         joint = moved.joint_torque_nm[last] * moved.joint_rate_rad_s[last]
@@ -66,14 +64,18 @@ def choices(robot: Robot, omega_rad_s: float = 2.0) -> list[Choice]:
         alpha, beta = np.degrees(gaits[row, :2])
         return Choice(rule, float(alpha), float(beta), float(speed[row]))
 
-    def best(rule: str, cost: Vector) -> Choice:
+    def best(rule: str, cost: Floats) -> Choice:
         row = at[np.argmin(cost[at])]
         return chosen(rule, row)
 
     front = front_of(speed, net)
     on_front = front[np.isclose(gaits[front, 2], omega_rad_s)]
     found = [
-        _at(omega_rad_s, "least power for the speed (29)", cheapest(gaits, speed, net, speeds.tolist())),
+        _at(
+            omega_rad_s,
+            "least power for the speed (the paper's)",
+            cheapest(gaits, speed, net, speeds.tolist()),
+        ),
         _at(
             omega_rad_s, "the same, power as sum |u phi_dot|", cheapest(gaits, speed, taken, speeds.tolist())
         ),

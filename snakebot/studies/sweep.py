@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,13 +18,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from snakebot.errors import BadInputError
+from snakebot.arrays import Floats
+from snakebot.cluster import Workers
+from snakebot.errors import BadInputError, cannot_write
 from snakebot.robot import Robot
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-Vector = npt.NDArray[np.float64]
 Progress = Callable[[int, int], None]  # gaits done, gaits in all
 
 CHUNK = 256  # gaits: at least a tenth of a second of work, so that handing it over costs nothing
@@ -58,7 +59,7 @@ class Conditions:
     def of(cls, robot: Robot, **options: Any) -> Conditions:
         return cls(robot.to_mapping(), **options)
 
-    def fingerprint(self, gaits: Vector) -> str:
+    def fingerprint(self, gaits: Floats) -> str:
         """Changes when anything does that the result depends on."""
         text = json.dumps(
             {**vars(self), "robot": dict(self.robot), "rigid_joints": sorted(self.rigid_joints.items())},
@@ -68,7 +69,7 @@ class Conditions:
         return hashlib.sha256(text.encode() + gaits.tobytes()).hexdigest()[:16]
 
 
-def compute(conditions: Conditions, gaits: Vector) -> Vector:
+def compute(conditions: Conditions, gaits: Floats) -> Floats:
     """One chunk: rows of ``COLUMNS`` for gaits of shape (G, 4). Runs on any machine that has snakebot."""
     from snakebot.physics import ChainModel, simulate_gaits
     from snakebot.robot import robot_from_mapping
@@ -95,7 +96,7 @@ def sweep(
     *,
     progress: Progress | None = None,
     dask: str | None = None,
-) -> Vector:
+) -> Floats:
     """Simulate gaits of shape (G, 3) or (G, 4); returns rows of ``COLUMNS`` in the order of the gaits.
 
     Args:
@@ -107,7 +108,7 @@ def sweep(
     """
     table = _four_columns(gaits)
     chunks = [table[first : first + CHUNK] for first in range(0, len(table), CHUNK)]
-    results: dict[int, Vector] = {}
+    results: dict[int, Floats] = {}
     store = _Store(Path(folder), conditions.fingerprint(table)) if folder is not None else None
     if store is not None:
         results = {index: rows for index in range(len(chunks)) if (rows := store.load(index)) is not None}
@@ -115,43 +116,18 @@ def sweep(
     if progress is not None:
         progress(done, len(table))
     missing = [index for index in range(len(chunks)) if index not in results]
-    for index, rows in _computed(conditions, chunks, missing, dask):
-        results[index] = rows
-        if store is not None:
-            store.save(index, rows)
-        done += len(rows)
-        if progress is not None:
-            progress(done, len(table))
+    with Workers(dask) as workers:
+        for index, rows in workers.results(compute, {i: (conditions, chunks[i]) for i in missing}):
+            results[index] = rows
+            if store is not None:
+                store.save(index, rows)
+            done += len(rows)
+            if progress is not None:
+                progress(done, len(table))
     return np.concatenate([results[index] for index in range(len(chunks))])
 
 
-def _computed(
-    conditions: Conditions, chunks: Sequence[Vector], missing: Sequence[int], dask: str | None
-) -> Iterator[tuple[int, Vector]]:
-    if dask is None:
-        for index in missing:
-            yield index, compute(conditions, chunks[index])
-        return
-    try:
-        import distributed
-    except ImportError:
-        raise BadInputError("--dask needs the extra: pip install 'snakebot[dask]'") from None
-    connect: Any = distributed.Client
-    done: Any = distributed.as_completed
-    try:
-        client = connect(dask, timeout="10s")
-    except (OSError, ValueError) as error:
-        raise BadInputError(f"--dask {dask}: no scheduler answers there: {error}") from None
-    with client:
-        futures = {
-            client.submit(compute, conditions, chunks[index], pure=False, retries=3): index
-            for index in missing
-        }
-        for future, rows in done(futures, with_results=True):
-            yield futures[future], rows
-
-
-def _four_columns(gaits: npt.ArrayLike) -> Vector:
+def _four_columns(gaits: npt.ArrayLike) -> Floats:
     table = np.atleast_2d(np.asarray(gaits, dtype=np.float64))
     if table.ndim != 2 or table.shape[1] not in (3, 4) or len(table) == 0:
         raise BadInputError(f"gaits have shape {table.shape}; give (G, 3) or (G, 4) with G of at least 1")
@@ -177,7 +153,7 @@ class _Store:
         except OSError as error:
             raise BadInputError(f"{folder}: cannot keep results there: {error.strerror}") from None
 
-    def load(self, index: int) -> Vector | None:
+    def load(self, index: int) -> Floats | None:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -190,14 +166,14 @@ class _Store:
             return None  # damaged: compute it again
         return np.column_stack([table.column(name).to_numpy() for name in COLUMNS])
 
-    def save(self, index: int, rows: Vector) -> None:
+    def save(self, index: int, rows: Floats) -> None:
         write_parquet(self._path(index), to_table(rows))
 
     def _path(self, index: int) -> Path:
         return self.folder / f"{index:05d}.parquet"
 
 
-def to_table(rows: Vector, **more: Sequence[Any]) -> pa.Table:
+def to_table(rows: Floats, **more: Sequence[Any]) -> pa.Table:
     """Rows of ``COLUMNS`` as a table, with further columns."""
     import pyarrow as pa
 
@@ -218,4 +194,4 @@ def write_parquet(path: Path, table: pa.Table) -> None:
         pq.write_table(table, part)
         os.replace(part, path)
     except OSError as error:
-        raise BadInputError(f"{path}: cannot write the results: {error.strerror or error}") from None
+        raise cannot_write(f"{path}: cannot write the results", error) from None

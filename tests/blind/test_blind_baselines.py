@@ -3,16 +3,18 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from blind.baselines import baseline_answers, compare, picked, table
-from blind.cases import Case, make_case
+from blind.cases import make_case
 from blind.faults import FAULTS
 from blind.robot import real_robot
 from blind.session_files import write_session
+from tool_calls import called
 
 # n = 1000: each parameter must lower the cost by 1 (AIC) or 3.45 (BIC)
 FITS = [
@@ -23,7 +25,9 @@ FITS = [
 
 
 def answer(effect: str | None) -> Any:
-    causes = [{"effect": effect, "probability": 0.9, "indistinguishable_from": [], "parameters": {}}]
+    causes: list[dict[str, Any]] = [
+        {"effect": effect, "probability": 0.9, "indistinguishable_from": [], "parameters": {}}
+    ]
     return {
         "verdict": "explained" if effect else "no_gap",
         "causes": causes if effect else [],
@@ -71,12 +75,12 @@ def test_a_baseline_that_never_calls_no_gap_is_beaten_there() -> None:
 
 
 def test_fit_all_names_a_plain_effect(root: Path, tmp_path: Path) -> None:
-    case = make_case("tune", 5, 0, 40)
-    p = real_robot(np.random.default_rng(1))
+    case = make_case("tune", 5, 6, 40)
+    p = real_robot(np.random.default_rng(1), case.build)
     FAULTS["rate_limit"].apply(p, np.array([2]), 4.0, np.random.default_rng(0))
     (tmp_path / "set" / "cases").mkdir(parents=True)
     (tmp_path / "answers").mkdir()
-    write_session(tmp_path / "set" / "cases" / "a", Case(case.label, None, case.gaits, p, case.rng))
+    write_session(tmp_path / "set" / "cases" / "a", replace(case, parameters=p, exclude=None))
     words = [
         sys.executable,
         str(root / "tools/blind/fit_all"),
@@ -92,9 +96,7 @@ def test_fit_all_names_a_plain_effect(root: Path, tmp_path: Path) -> None:
 def test_folders_that_are_not_there_are_told_in_a_line(root: Path, tmp_path: Path, script: str) -> None:
     gone = str(tmp_path / "gone")
     words = {"baseline": [gone, "--answer", gone, gone]}.get(script, [gone, gone])
-    done = subprocess.run(
-        [sys.executable, str(root / "tools/blind" / script), *words], capture_output=True, text=True
-    )
+    done = called(root / "tools/blind" / script, *words)
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
     assert gone in done.stderr
@@ -106,9 +108,7 @@ def test_the_forest_does_not_learn_from_the_set_for_scoring(root: Path, tmp_path
     (tmp_path / "set" / "cases").mkdir(parents=True)
     (tmp_path / "answers").mkdir()
     seal({"made": {"set": "score"}, "cases": {}}, tmp_path / "set" / "labels.sealed", tmp_path / "set.key")
-    words = [sys.executable, str(root / "tools/blind/baseline"), str(tmp_path / "set"), "--answer"]
-    done = subprocess.run(
-        [*words, str(tmp_path / "set"), str(tmp_path / "answers")], capture_output=True, text=True
-    )
+    made, answers = str(tmp_path / "set"), str(tmp_path / "answers")
+    done = called(root / "tools/blind/baseline", made, "--answer", made, answers)
     assert done.returncode == 2
     assert "nobody learns from that" in done.stderr

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from blind.cases import RATE_HZ, make_case
+from blind.cases import make_case
 from blind.experiments import Trail, experiment_figures, open_group, trails, wanted
 from blind.lab import Lab, at_random, off_the_ground, proposed
 from blind.robot import Parameters, Robot, gait_command
@@ -19,13 +19,13 @@ PROBE = "snakebot run --probe triangle:amplitude_deg=5,rate_deg_s=10,joints=3 --
 
 
 def test_a_proposal_is_run_as_it_says_and_joins_the_session(tmp_path: Path) -> None:
-    case = make_case("tune", 5, 0, 40)
+    case = make_case("tune", 5, 1, 40)
     write_session(tmp_path / "s", case)
     before = read_session(tmp_path / "s")
     for command in (GAIT, PROBE):
-        experiment = proposed(command)
+        experiment = proposed(command, case.build.joints)
         run = Lab(case).perform(experiment, np.random.default_rng(0))
-        assert run.t_s.size == 10 * RATE_HZ
+        assert run.t_s.size == 10 * case.build.rate_hz
         add_run(tmp_path / "s", run, experiment.gait, experiment.probe, lifted=experiment.lifted)
     session = read_session(tmp_path / "s")
     assert len(session.runs) == len(before.runs) + 2
@@ -42,7 +42,7 @@ def test_a_proposal_is_run_as_it_says_and_joins_the_session(tmp_path: Path) -> N
 
 
 def test_a_robot_in_the_air_goes_nowhere() -> None:
-    t = np.arange(0.0, 6.0, 1 / RATE_HZ)
+    t = np.arange(0.0, 6.0, 0.01)
     command = gait_command(t, np.radians(40), np.radians(80), 3.0)
     run = Robot(off_the_ground(Parameters().noiseless())).run(t, command, np.random.default_rng(0))
     assert np.abs(run.pose[:, :2]).max() < 1e-3  # nothing to push against: its centre of mass stays

@@ -1,6 +1,7 @@
 """Expectations of real recordings: the file is sound, each kind of check can fail, the tool tells both."""
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,8 +17,9 @@ from blind.real_checks import (
     check_one,
     read_expectations,
 )
+from recordings import AT_HAND, REAL, Answers
+from tool_calls import called
 
-DATA = Path(__file__).parents[2].parent / "shared" / "realdata"
 BARE, WEIGHT = "pwm_servo_pendulum/without_weight", "pwm_servo_pendulum/with_weight"
 
 
@@ -164,7 +166,7 @@ def real(root: Path, *options: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_without_recordings_one_line_says_so(root: Path, tmp_path: Path) -> None:
-    done = real(root, str(tmp_path / "none"))
+    done = called(root / "tools" / "blind" / "real", str(tmp_path / "none"))
     assert done.returncode == 0
     assert done.stdout.startswith("skipped: ")
     assert done.stdout.count("\n") == 1
@@ -172,12 +174,14 @@ def test_without_recordings_one_line_says_so(root: Path, tmp_path: Path) -> None
 
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
-def test_recordings_of_real_servos(root: Path, tmp_path: Path) -> None:
+@AT_HAND
+def test_recordings_of_real_servos(root: Path, tmp_path: Path, answers: Answers) -> None:
     """The tables come out, and nothing is claimed that must not be; what is missed is on docs/blind-check-wire.md."""
-    if not DATA.is_dir():
-        pytest.skip("../shared/realdata is not here")
-    only = [word for kp in (100, 800) for word in ("--only", f"xl330_pendulum/kp_{kp}")]
-    done = real(root, str(DATA), "--out", str(tmp_path), "--quick", *only, "--only", BARE)
+    names = ["xl330_pendulum/kp_100", "xl330_pendulum/kp_800", BARE]
+    for name in names:
+        shutil.copy(answers.path(name), tmp_path)
+    only = [word for name in names for word in ("--only", name)]
+    done = real(root, str(REAL), "--out", str(tmp_path), "--resume", "--quick", *only)
     assert done.returncode == 0, done.stderr
     result = json.loads((tmp_path / "real.json").read_text())
     assert result["no_verdict"] == []
@@ -195,7 +199,7 @@ def test_commands_and_figures_of_the_page_are_those_of_the_code(root: Path) -> N
     commands = [line.split() for line in text.splitlines() if line.startswith("    tools/")]
     assert {words[0] for words in commands} == {f"tools/blind/{name}" for name in ("wire", "live", "real")}
     for script, *words in commands:
-        done = subprocess.run([sys.executable, str(root / script), "--help"], capture_output=True, text=True)
+        done = called(root / script, "--help")
         assert done.returncode == 0
         assert all(word in done.stdout for word in words if word.startswith("--"))
     assert (len(KINDS), RUN_S, TRIES) == (8, 8.0, 4)

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from blind.cases import RATE_HZ
 from blind.faults import FAULTS, draw_joints
 from blind.robot import Parameters, Recording, Robot, gait_command, real_robot
 
-TICK_S = 1 / RATE_HZ
+TICK_S = 0.01
 T = np.arange(0.0, 14.0, TICK_S)
 GAIT = (np.radians(66), np.radians(80), 2.0)
 

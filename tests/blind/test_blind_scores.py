@@ -123,8 +123,8 @@ def test_features_tell_an_offset_from_a_late_servo() -> None:
     plain = np.zeros_like(command)
     for i in range(1, t.size):
         plain[i] = command[i - 1] + (plain[i - 1] - command[i - 1]) * np.exp(-0.02 / 0.03)
-    offset = run_features(t, command, plain + 0.1, pose)
-    late = run_features(t, command, np.roll(plain, 2, axis=0), pose)
+    offset = run_features(t, command, plain + 0.1, pose, 0.03)
+    late = run_features(t, command, np.roll(plain, 2, axis=0), pose, 0.03)
     assert offset[0] == pytest.approx(0.1)
     assert late[0] == pytest.approx(0.0, abs=0.01)
     assert late[3] == pytest.approx(0.04, rel=0.2)  # two samples

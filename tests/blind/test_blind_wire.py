@@ -17,7 +17,7 @@ from blind.robot import (
     gait_command,
     real_robot,
 )
-from blind.wire_cases import KINDS, PER_SET, draw_case
+from blind.wire_cases import KINDS, PER_SET, PLAIN, draw_case
 from blind.wire_plant import BlindPlant
 from blind.wire_runs import own_network
 
@@ -26,7 +26,7 @@ from snakebot.clock import VirtualClock
 from snakebot.control import RunLoop
 from snakebot.gait import Gait, GaitMotion
 from snakebot.robot import load_robot
-from snakebot.simboard import InProcessLink, SimBoard
+from snakebot.softboard import InProcessLink, SoftBoard
 
 ROBOT = load_robot("penn_state")
 COUNT_RAD = 2 * np.pi / COUNTS_PER_REV
@@ -90,7 +90,7 @@ def test_the_lab_believes_what_the_blind_robot_is_nominally() -> None:
 def test_a_board_drives_it_over_the_protocol() -> None:
     """Handshake, limiter and samples are the board's; the joints lag as the blind robot's do."""
     clock = VirtualClock()
-    board = SimBoard(ROBOT, plant=BlindPlant(noiseless()))
+    board = SoftBoard(ROBOT, plant=BlindPlant(noiseless()))
     host = Board(InProcessLink(board, clock), clock)
     host.connect()
     gait = Gait.from_degrees(50, 80, 2)
@@ -131,7 +131,7 @@ def test_effects_of_wire_cases_are_plain_to_see() -> None:
     for number in range(len(KINDS)):
         label = draw_case(11, number).label
         if label.stratum != "no_gap":
-            assert label.effects[0].size > 2.7, label
+            assert label.effects[0].size >= PLAIN, label
 
 
 def call(root: Path, script: str, *options: str) -> str:
@@ -155,6 +155,7 @@ def right(result: dict[str, Any]) -> dict[str, bool]:
 
 
 @pytest.mark.slow
+@pytest.mark.real_time
 @pytest.mark.timeout(1800)
 def test_cases_through_a_pty_and_a_can_bus(root: Path, tmp_path: Path) -> None:
     out = tmp_path / "set"
@@ -179,6 +180,7 @@ def test_cases_through_a_pty_and_a_can_bus(root: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.real_time
 @pytest.mark.timeout(1800)
 def test_a_case_that_the_diagnosis_drives_itself(root: Path, tmp_path: Path) -> None:
     out = tmp_path / "set"

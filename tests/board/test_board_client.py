@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Callable, Sequence
 
 import pytest
@@ -10,6 +12,7 @@ from firmware_protocol.catalogue import (
     Acknowledge,
     BoardHeartbeat,
     InfoProtocol,
+    JointLimits,
     JointMode,
     Message,
     Mode,
@@ -26,7 +29,7 @@ from snakebot.errors import BadInputError, BoardFaultError, LostBoardError, NoBo
 from snakebot.gait import Gait, GaitMotion
 from snakebot.links.base import Link
 from snakebot.robot import load_robot, robot_from_mapping
-from snakebot.simboard import InProcessLink, SimBoard
+from snakebot.softboard import InProcessLink, SoftBoard
 
 ROBOT = load_robot("penn_state")
 
@@ -35,7 +38,7 @@ class Silent(Link):
     """A wire at whose other end is nobody."""
 
     def __init__(self, clock: VirtualClock) -> None:
-        super().__init__("serial:/dev/null")
+        super().__init__("serial:/dev/null", math.inf)
         self.clock = clock
 
     def send(self, frames: Sequence[Frame]) -> None:
@@ -54,7 +57,7 @@ class Rig:
 
     def __init__(self) -> None:
         self.clock = VirtualClock()
-        self.sim = SimBoard(ROBOT)
+        self.sim = SoftBoard(ROBOT)
         self.link = InProcessLink(self.sim, self.clock)
         self.board = Board(self.link, self.clock, host=0xC0FFEE)
         self.change: Callable[[Message], Message | None] = lambda message: message
@@ -90,7 +93,7 @@ def test_nobody_there_is_said_within_the_time_given() -> None:
 def other(message: Message, **changes: int) -> Message:
     from dataclasses import replace
 
-    return replace(message, **changes) if isinstance(message, InfoProtocol) else message  # type: ignore[type-var]
+    return replace(message, **changes) if isinstance(message, InfoProtocol) else message
 
 
 @pytest.mark.parametrize("changes", [{"protocol_major": 9}, {"catalogue_hash": 0x12345678}])
@@ -130,7 +133,12 @@ def test_a_request_that_is_never_acknowledged_is_a_lost_board(rig: Rig) -> None:
 
 def test_a_board_that_another_host_holds_says_who(rig: Rig) -> None:
     rig.board.connect()
-    rig.sim.receive(encode(ModeRequest(1, Mode.ARMED, 0xBEEF)), rig.clock.now_s())
+    for mode in (Mode.ARMED, Mode.HOLDING):
+        rig.sim.receive(encode(ModeRequest(1, mode, 0xBEEF)), rig.clock.now_s())
+    with pytest.raises(BoardFaultError, match="another host holds it"):
+        rig.board.arm()
+    for _ in range(10):
+        rig.board.poll(0.02)
     with pytest.raises(BoardFaultError, match="host 0000beef holds it"):
         rig.board.arm()
 
@@ -186,7 +194,7 @@ def test_the_largest_limit_of_the_wire_reaches_the_board(rig: Rig) -> None:
     robot = robot_from_mapping(
         {"joints": 5, "limits": {"acceleration_rad_s2": 262.142, "speed_rad_s": 8}}, "test"
     )
-    rig.board = Board(InProcessLink(SimBoard(robot), rig.clock), rig.clock)
+    rig.board = Board(InProcessLink(SoftBoard(robot), rig.clock), rig.clock)
     rig.board.connect()
     rig.board.set_limits(robot)
 
@@ -235,3 +243,27 @@ def test_the_last_traffic_can_be_read(rig: Rig) -> None:
     lines = rig.board.recent_traffic()
     assert any("tx" in line and "Ping" in line for line in lines)
     assert any("rx" in line and "State" in line for line in lines)
+
+
+def test_the_watchdog_in_a_message_is_that_of_this_board(rig: Rig) -> None:
+    """A board says how long it waits for a set-point; another one waits 100 ms."""
+    info = rig.board.connect()
+    rig.board.info = dataclasses.replace(info, watchdog_ms=150)
+    rig.board.arm()
+    with pytest.raises(BoardFaultError, match="no set-point reached it for 150 ms"):
+        for _ in range(100):
+            rig.board.poll(0.05)
+
+
+@pytest.mark.parametrize("watchdog_ms", [40, 100])
+def test_limits_are_waited_for_only_while_the_watchdog_of_this_board_has_time(
+    rig: Rig, watchdog_ms: int
+) -> None:
+    rig.board.info = dataclasses.replace(rig.board.connect(), watchdog_ms=watchdog_ms)
+    rig.board.set_limits(ROBOT)
+    rig.change = lambda message: None if isinstance(message, JointLimits) else message
+    begun_s = rig.clock.now_s()
+    with pytest.raises(BoardFaultError, match="does not report the limits"):
+        rig.board.arm()
+    assert rig.clock.now_s() - begun_s <= 0.65 * watchdog_ms * 1e-3
+    assert rig.sim.mode is Mode.DISARMED

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import math
 import re
 import shlex
 import signal
@@ -40,10 +41,11 @@ def snakebot(*arguments: str) -> Result:
 
 
 @contextlib.contextmanager
-def served(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+def served(*arguments: str, places: Path | None = None) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """``snakebot board sim`` with these arguments, and the first line that it prints."""
+    serve = [*COMMAND, "board", "sim"] if places is None else [sys.executable, "-c", SERVE, str(places)]
     process = subprocess.Popen(
-        [*COMMAND, "board", "sim", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*serve, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     assert process.stdout is not None
     try:
@@ -53,26 +55,28 @@ def served(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
         process.communicate()
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A runtime folder of our own: what other boards on this computer write is not seen."""
-    folder = tmp_path_factory.mktemp("runtime")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_RUNTIME_DIR", str(folder))
-        yield folder
+# Its registrations are in a place of our own: what other boards on this computer write is not seen.
+SERVE = """
+import sys
+from pathlib import Path
+from snakebot.control import registry
+registry.SHARED = (Path(sys.argv[1]),)
+from snakebot.cli.main import main
+main(["board", "sim", *sys.argv[2:]])
+"""
 
 
 @pytest.fixture(scope="module")
-def port(folder: Path) -> Iterator[str]:
+def port(places: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """A board behind a pseudo-terminal with a name."""
-    link = folder / "snake"
-    with served("--serial", "--symlink", str(link)) as (process, line):
+    link = tmp_path_factory.mktemp("port") / "snake"
+    with served("--serial", "--symlink", str(link), places=places) as (process, line):
         assert line == f"--port serial:{link}"
         yield f"serial:{link}"
         process.send_signal(signal.SIGTERM)
         assert process.wait(20) == 0
         assert not link.is_symlink()
-        assert not list(folder.rglob("*.json"))
+        assert not list(places.rglob("*.json"))
 
 
 @pytest.fixture
@@ -105,9 +109,11 @@ def test_list_asks_who_is_there(port: str) -> None:
     assert "-> simulated board 1, 5 joints" in text
 
 
-@pytest.mark.usefixtures("folder", "no_other_ports")
+@pytest.mark.usefixtures("no_other_ports")
 def test_list_of_nothing_says_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    from snakebot.control import registry
+
+    monkeypatch.setattr(registry, "SHARED", (tmp_path,))
     result = snakebot("board", "list")
     assert "board sim" in result.out
     assert json.loads(snakebot("board", "list", "--json").out) == []
@@ -180,8 +186,8 @@ def test_doctor_of_a_port_that_is_taken(port: str) -> None:
         (["board", "sim", "--serial", "--fault", "free:6"], "no joint 6"),
         (["board", "sim", "--serial", "--robot", "nonsense"], "nonsense"),
         (["board", "sim", "--serial", "--seed", "x"], "seed"),
-        (["board", "info", "nonsense"], "sim:, serial: or can:"),
-        (["doctor", "nonsense"], "sim:, serial: or can:"),
+        (["board", "info", "nonsense"], "sim:, serial:, can:, feetech: or dynamixel:"),
+        (["doctor", "nonsense"], "sim:, serial:, can:, feetech: or dynamixel:"),
         (["doctor", "can:nonsense/x"], "no CAN interface"),
         (["board", "nonsense"], "nonsense"),
     ],
@@ -202,7 +208,6 @@ def test_a_symlink_does_not_overwrite_a_file(tmp_path: Path) -> None:
     assert file.read_text() == "data"
 
 
-@pytest.mark.usefixtures("folder")
 def test_tcp_is_for_this_computer_and_for_more_than_one_host() -> None:
     from snakebot.board import Board
     from snakebot.clock import MonotonicClock
@@ -218,7 +223,6 @@ def test_tcp_is_for_this_computer_and_for_more_than_one_host() -> None:
         assert process.wait(20) == 0
 
 
-@pytest.mark.usefixtures("folder")
 def test_slcan_with_a_joint_that_breaks() -> None:
     from snakebot.board import Board
     from snakebot.clock import MonotonicClock
@@ -278,10 +282,10 @@ def test_the_simulated_board_keeps_its_promises() -> None:
 
 
 def test_a_broken_promise_is_status_5_with_the_rule_and_the_traffic(monkeypatch: pytest.MonkeyPatch) -> None:
-    from snakebot.simboard import SimBoard
+    from snakebot.softboard import SoftBoard
 
-    right = SimBoard._shows_us
-    monkeypatch.setattr(SimBoard, "_shows_us", lambda self, t_s: right(self, 1.03 * t_s))
+    right = SoftBoard._shows_us
+    monkeypatch.setattr(SoftBoard, "_shows_us", lambda self, t_s: right(self, 1.03 * t_s))
     result = snakebot("board", "test", "--case", "clock_goes_right")
     assert result.status == 5
     assert "FAIL clock_goes_right" in result.out
@@ -306,3 +310,27 @@ def test_cases_are_listed_and_misspelt_ones_refused() -> None:
     result = snakebot("board", "test", "--case", "answers_ping")
     assert result.status == 2
     assert "did you mean answers_pings?" in result.err
+
+
+def test_trims_and_zeros_are_stored_by_the_board() -> None:
+    with served("--serial") as (_, line):
+        port = line.split()[-1]
+        before = json.loads(snakebot("board", "info", port, "--json").out)["measured_rad"]
+        told = snakebot("board", "trim", port, "3", "-1.5", "--json")
+        assert (told.status, json.loads(told.out)) == (0, {"port": port, "joint": 3, "trim_deg": -1.5})
+        assert snakebot("board", "zero", port, "2", "100").out.startswith("joint 2: zero 100 counts")
+        after = json.loads(snakebot("board", "info", port, "--json").out)["measured_rad"]
+        moved = [b - a for a, b in zip(before, after, strict=True)]
+        assert abs(moved[1]) == pytest.approx(100 * 2 * math.pi / 8192, abs=0.01)
+        assert all(abs(each) < 0.01 for joint, each in enumerate(moved) if joint != 1)
+        no_joint = snakebot("board", "trim", port, "6", "1")
+        assert (no_joint.status, "the board has joints 1 to 5" in no_joint.err) == (2, True)
+        too_far = snakebot("board", "trim", port, "3", "170")
+        assert (too_far.status, "refused the request the trim of joint 3" in too_far.err) == (5, True)
+
+
+@pytest.mark.parametrize(
+    "words", [("trim", "sim:", "1", "1"), ("trim", "sim:", "1", "nan"), ("zero", "sim:", "1", "9")]
+)
+def test_a_trim_that_would_be_forgotten_is_refused(words: tuple[str, ...]) -> None:
+    assert snakebot("board", *words).status == 2

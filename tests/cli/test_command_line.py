@@ -102,6 +102,21 @@ BAD = [
     ([*RUN, "--fast", "--port", "serial:/dev/ttyUSB0"], "--fast"),
     ([*RUN, "--effect", "servo_lag:time_constant_s=0.1", "--port", "serial:/dev/ttyUSB0"], "--effect"),
     ([*RUN, "--speed", "inf"], "--speed"),
+    ([*RUN, "--speed=-1e9"], "--speed -1e+09"),
+    ([*RUN, "--gait", "."], "a folder"),
+    (["log", "merge-speed", __file__, "--speed", "1e9"], "--speed 1e+09"),
+    (["log", "list", __file__], "a file, no folder"),
+    (["log", "info", "."], "a folder"),
+    (["jog", "sim:", "--joint", "9"], "joints 1 to 5"),
+    (
+        ["board", "sim", "--feetech", "--robot", "sts3215_snake", "--damage", "flip=7"],
+        "--damage 'flip=7'",
+    ),
+    (["optimize", "penn_state"], "Choose from: speed, power-at-speed"),
+    (
+        ["optimize", "penn_state", "--for", "speed", "--live", "carrier-pigeon:7", "--logs", "new"],
+        "carrier-pigeon",
+    ),
     (["rnu"], "rnu"),
     (["stop"], "no run"),
 ]
@@ -118,7 +133,6 @@ def test_bad_input_is_one_clear_line_status_2_and_nothing_moved(
     from snakebot.cli.main import main
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     with pytest.raises(SystemExit) as ended:
         main(arguments)
     error = capfd.readouterr().err
@@ -157,6 +171,14 @@ def test_dry_run_opens_nothing_and_says_what_would_be_sent(tmp_path: Path) -> No
     assert [row["angle_deg"] for row in plan["joints"]] == pytest.approx([66] * 5, abs=0.01)
     assert all(row["speed_rad_s"] < row["speed_limit_rad_s"] for row in plan["joints"])
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("group", [[], ["log"], ["board"]], ids=" ".join)
+def test_a_group_alone_is_its_help_page(group: list[str]) -> None:
+    done = snakebot(*group)
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[0].startswith(" ".join(["Usage: snakebot", *group]))
+    assert len(done.stderr.splitlines()) > 10
 
 
 def test_module_errors_are_not_tracebacks() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -11,9 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from snakebot.errors import BadInputError
+from snakebot.cli.main import main
+from snakebot.control import RunLoop
+from snakebot.errors import BadInputError, BoardFaultError, LostBoardError, SnakebotError
 from snakebot.robot import robot_from_mapping
-from snakebot.runlog import Run, write_session
+from snakebot.runlog import Run, read_log, write_session
+from snakebot.runlog.listing import summarize
 from snakebot.runlog.session_write import write_table
 from snakebot.whole_files import check_apart, check_output, replacing, write_all
 
@@ -30,15 +34,17 @@ def session(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("option", ["--report", "--json", "--apply"])
 @pytest.mark.parametrize("other", ["session.yaml", "a.csv", "log.mcap"])
-def test_nothing_is_written_over_something_else(session: Path, option: str, other: str) -> None:
+def test_nothing_is_written_over_something_else(
+    session: Path, option: str, other: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     (session / "log.mcap").write_bytes(b"\x89MCAP0\r\n")
     target = session / other
     before = target.read_bytes()
     for command in ["diagnose"] + ["analyze"] * (option == "--report"):
-        words = [*SNAKEBOT, command, str(session), option, str(target)]
-        done = subprocess.run(words, capture_output=True, text=True, timeout=100)
-        assert done.returncode == 2
-        assert f"{option} {target}: exists, and is no" in done.stderr
+        with pytest.raises(SystemExit) as ended:
+            main([command, str(session), option, str(target)])
+        assert ended.value.code == 2
+        assert f"{option} {target}: exists, and is no" in capsys.readouterr().err
         assert target.read_bytes() == before
 
 
@@ -93,6 +99,18 @@ def test_a_full_disk_leaves_what_was_there(
     assert old.read_text() == "<!doctype html>"
 
 
+def test_a_full_disk_is_status_6_and_a_place_that_is_none_2(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(BadInputError, match="cannot be written") as wrong:
+        write_all([(tmp_path / "nowhere" / "a.json", "{}")])
+    assert wrong.value.exit_status == 2
+    monkeypatch.setattr(Path, "write_text", full_disk)
+    with pytest.raises(BadInputError, match="No space left") as full:
+        write_all([(tmp_path / "a.json", "{}")])
+    assert full.value.exit_status == 6
+
+
 def test_a_device_is_not_replaced() -> None:
     with replacing(Path(os.devnull)) as handed_out:
         assert handed_out == Path(os.devnull)
@@ -124,3 +142,71 @@ def test_a_reader_that_goes_away_is_no_error(session: Path) -> None:
     assert done.wait(100) == 0
     assert done.stderr.read() == ""
     done.stderr.close()
+
+
+RUN = ["run", "--alpha", "40", "--beta", "80", "--omega", "3", "--duration", "5", "--fast"]
+
+
+@pytest.mark.parametrize("more", [[], ["--dry-run"]])
+def test_a_reader_that_goes_is_no_failure_of_the_run(tmp_path: Path, more: list[str]) -> None:
+    """As ``| head -1``: the table is longer than what is read."""
+    inside, outside = os.pipe()
+    os.close(inside)
+    with open(outside, "wb") as nobody:
+        done = subprocess.run(
+            [*SNAKEBOT, *RUN, *more], stdout=nobody, stderr=subprocess.PIPE, cwd=tmp_path, timeout=100
+        )
+    assert done.returncode == 0, done.stderr
+    assert b"Traceback" not in done.stderr
+    assert len(list(tmp_path.glob("runs/*.mcap"))) == (0 if "--dry-run" in more else 1)
+
+
+@pytest.mark.parametrize(
+    ("words", "status"), [(["run", "--alpha", "600", "--beta", "80", "--omega", "3"], 2), (["nonsense"], 2)]
+)
+def test_an_error_that_nobody_reads_keeps_its_status(words: list[str], status: int) -> None:
+    inside, outside = os.pipe()
+    os.close(inside)
+    with open(outside, "wb") as nobody:
+        done = subprocess.run([*SNAKEBOT, *words], stdout=nobody, stderr=nobody, timeout=100)
+    assert done.returncode == status
+
+
+@pytest.mark.parametrize(
+    "error", [BoardFaultError("refused"), LostBoardError("gone"), KeyboardInterrupt(), ZeroDivisionError()]
+)
+@pytest.mark.parametrize("ticks", [0, 1])
+def test_a_run_that_ended_before_its_first_set_point_keeps_no_log(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    error: BaseException,
+    ticks: int,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    def refused(loop: RunLoop) -> None:
+        loop.progress.ticks = ticks
+        raise error
+
+    monkeypatch.setattr(RunLoop, "run", refused)
+    with pytest.raises(SystemExit) as ended:
+        main(RUN)
+    assert ended.value.code not in (0, None)
+    logs = [path for path in (tmp_path / "runs").iterdir() if path.is_file()]
+    assert len(logs) == ticks
+    assert ("log up to there" in capsys.readouterr().err) == bool(ticks)
+    for log in logs:
+        said = read_log(log).metadata["ended"]
+        assert said == f"error: {error if isinstance(error, SnakebotError) else type(error).__name__}"
+
+
+def test_the_speed_of_a_run_is_kept_with_its_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([*RUN[:-3], "--duration", "10", "--fast", "--json", "--log", str(tmp_path / "a.mcap")])
+    told = json.loads(capsys.readouterr().out)["forward_speed_m_s"]
+    assert told > 0.05
+    log = read_log(tmp_path / "a.mcap")
+    assert log.metadata["steady_speed_m_s"] == told
+    assert log.forward_speed_m_s is None  # nobody measured it
+    assert summarize(log.path).speed_m_s == told

@@ -2,32 +2,38 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
-import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+from snakebot.cli.main import main
 from snakebot.robot import load_robot
 from snakebot.runlog import read_log
 
+StopOnly = Callable[..., "subprocess.CompletedProcess[str]"]
+
 COMMAND = [sys.executable, "-m", "snakebot.cli.main"]
-RUN = [*COMMAND, "run", "--alpha", "66", "--beta", "80", "--omega", "2"]
+WAVE = ["run", "--alpha", "66", "--beta", "80", "--omega", "2"]
+RUN = [*COMMAND, *WAVE]
 
 
 def run(*arguments: str) -> dict[str, object]:
-    done = subprocess.run(
-        [*RUN, *arguments, "--json"], capture_output=True, text=True, timeout=110, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    result = json.loads(done.stdout)
+    """The command, in this process; what it says."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), pytest.raises(SystemExit) as ended:
+        main([*WAVE, *arguments, "--json"])
+    assert ended.value.code in (0, None), err.getvalue()
+    result = json.loads(out.getvalue())
     assert isinstance(result, dict)
     return result
 
@@ -36,7 +42,9 @@ def run(*arguments: str) -> dict[str, object]:
 def board(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """A simulated board in a process of its own, on a pseudo-terminal."""
     process = subprocess.Popen(
-        [*COMMAND, "board", "sim", "--serial", "--json"], stdout=subprocess.PIPE, text=True
+        [*COMMAND, "board", "sim", "--serial", "--watchdog-ms", "250", "--json"],
+        stdout=subprocess.PIPE,
+        text=True,
     )
     assert process.stdout is not None
     port = json.loads(process.stdout.readline())["port"]
@@ -70,8 +78,10 @@ def test_ideal_tracking_at_the_optimum_reaches_the_papers_speed(tmp_path: Path) 
 
 
 def test_the_log_holds_the_run_and_is_the_same_each_time(tmp_path: Path) -> None:
-    for name in "ab":
-        run("--duration", "5", "--fast", "--seed", "3", "--frames", "--log", str(tmp_path / f"{name}.mcap"))
+    """In this process and in one of its own."""
+    words = ["--duration", "5", "--fast", "--seed", "3", "--frames", "--log"]
+    run(*words, str(tmp_path / "a.mcap"))
+    subprocess.run([*RUN, *words, str(tmp_path / "b.mcap")], capture_output=True, timeout=110, check=True)
     a, b = (read_log(tmp_path / f"{name}.mcap") for name in "ab")
     assert len(a.t_s) == 501
     np.testing.assert_array_equal(a.measured_rad, b.measured_rad)
@@ -128,10 +138,9 @@ def test_ctrl_c_ramps_down_and_leaves_with_130(tmp_path: Path) -> None:
     assert np.abs(np.diff(read.sent_rad[-4:], axis=0)).max() < 2e-3
 
 
-def test_stop_from_a_second_terminal_cuts_the_power(tmp_path: Path) -> None:
-    os.environ["XDG_RUNTIME_DIR"] = str(tmp_path)
+def test_stop_from_a_second_terminal_cuts_the_power(tmp_path: Path, stop_only: StopOnly) -> None:
     host = started(["--duration", "60"], tmp_path / "stopped.mcap")
-    stop = subprocess.run([*COMMAND, "stop"], capture_output=True, text=True, timeout=30, check=False)
+    stop = stop_only([host.pid])
     assert stop.returncode == 0, stop.stderr
     assert str(host.pid) in stop.stdout
     _, error = host.communicate(timeout=20)

@@ -4,29 +4,35 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
+import random
 import select
 import signal
 import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from building import need
 from core_bench import CoreBench, CoreLink
+from lagging_plant import LaggingPlant
 
+import snakebot
 from snakebot.clock import MonotonicClock, VirtualClock
-from snakebot.conformance import Bench
+from snakebot.conformance import Bench, Case, Lab, Plate, cases
 from snakebot.links import Link, open_link
 from snakebot.links.stream_link import StreamLink
-from snakebot.robot import load_robot
-from snakebot.simboard import InProcessLink, SimBoard
+from snakebot.robot import Robot, load_robot, robot_from_mapping
+from snakebot.softboard import InProcessLink, SoftBoard
 
 STARTS_S = 20.0
+SERIAL_NUMBER = 0x0123456789ABCDEF
+CORE_SERIAL_NUMBER = 0xFEDCBA9876543210  # port/bench
 
 
 def bytes_of(link: Link) -> Callable[[bytes], None]:
@@ -48,11 +54,43 @@ def ahead_of_others() -> Iterator[None]:
             os.setpriority(os.PRIO_PROCESS, 0, before)
 
 
-@contextmanager
-def sim_in_process() -> Iterator[Bench]:
-    """The simulated board on a virtual clock."""
-    clock = VirtualClock()
-    board = SimBoard(load_robot("penn_state"))
+class Draws(random.Random):
+    """A source of random numbers that gives some numbers first."""
+
+    def __init__(self, numbers: Sequence[int]) -> None:
+        super().__init__(1)
+        self._next = list(numbers)
+
+    def randrange(self, start: int, stop: int | None = None, step: int = 1) -> int:
+        while self._next:
+            number = self._next.pop(0)
+            if stop is None or start <= number < stop:
+                return number
+        return super().randrange(start, stop, step)
+
+
+def draw_next(board: SoftBoard, numbers: Sequence[int]) -> None:
+    board._boots = Draws(numbers)
+
+
+def built_in(robot: Robot) -> tuple[tuple[float, float, float], ...]:
+    """Each joint's limits, which are those of its board."""
+    limits = (robot.angle_limit_rad, robot.speed_limit_rad_s, robot.acceleration_limit_rad_s2)
+    return tuple((float(a), float(v), float(c)) for a, v, c in zip(*limits, strict=True))
+
+
+def _limits_of(joint: int) -> tuple[float, float, float]:
+    """Limits of a joint (from 1): each has its own, at the edge of what rounds to one step of the wire or the other.
+
+    The speed of the sixteenth is more than the wire can say.
+    """
+    odd = joint % 2 == 1
+    angle = 1.65 - 0.002 * joint - (4.75e-5 if odd else 5.25e-5)
+    speed = 8.0 - 0.02 * joint - (0.95e-3 if odd else 1.05e-3)
+    return angle, speed if joint < 16 else 300.0, 60.0 - 0.1 * joint
+
+
+def _sim_bench(board: SoftBoard, clock: VirtualClock, *, pose: bool, **hands: Any) -> Bench:
     raw: list[bytes] = []
     link = InProcessLink(board, clock, to_board=lambda data: raw.pop() if raw else data)
 
@@ -60,21 +98,83 @@ def sim_in_process() -> Iterator[Bench]:
         raw.append(data)
         link.send([])
 
-    yield Bench(
-        link, clock, send_bytes=send_bytes, reset=lambda: board.reset(clock.now_s()), tolerance_s=0.003
+    major, minor, patch = (int(part) for part in snakebot.__version__.split(".")[:3])
+    plate = Plate(
+        board.robot.joints,
+        board.robot.encoder_counts_per_rev,
+        SERIAL_NUMBER,
+        (major, minor, patch),
+        True,
+        pose,
+        built_in(board.robot),
+    )
+    lab = Lab(
+        reset_at=lambda clock_us: board.reset(clock.now_s(), clock_us),
+        fail=lambda fault, joint, detail: board.fail(
+            fault, clock.now_s(), lasting=True, joint=joint, detail=detail
+        ),
+        draw=lambda numbers: draw_next(board, numbers),
+        plate=plate,
+        **hands,
+    )
+    return Bench(
+        link,
+        clock,
+        send_bytes=send_bytes,
+        reset=lambda: board.reset(clock.now_s()),
+        lab=lab,
+        tolerance_s=0.003,
     )
 
 
 @contextmanager
+def sim_in_process() -> Iterator[Bench]:
+    """The simulated board with its robot, on a virtual clock."""
+    yield _sim_bench(
+        SoftBoard(load_robot("penn_state"), serial_number=SERIAL_NUMBER), VirtualClock(), pose=True
+    )
+
+
+@contextmanager
+def sim_with_hands(joints: int = 5) -> Iterator[Bench]:
+    """The simulated board with joints that hands can turn, on a virtual clock."""
+    plant = LaggingPlant(joints)
+    clock = VirtualClock()
+    angle, speed, acceleration = zip(*(_limits_of(joint) for joint in range(1, joints + 1)), strict=True)
+    limits = {
+        "angle_deg": [math.degrees(value) for value in angle],
+        "speed_rad_s": list(speed),
+        "acceleration_rad_s2": list(acceleration),
+    }
+    robot = robot_from_mapping({"joints": joints, "limits": limits}, "bench")
+    board = SoftBoard(robot, serial_number=SERIAL_NUMBER, plant=plant)
+    yield _sim_bench(board, clock, pose=False, turn_joint=plant.turn, lose_encoder=plant.lose)
+
+
+@contextmanager
 def core_in_process(
-    library: Any, *, can: bool = False, start_us: int = 0, joints: int = 5
+    library: Any, *, can: bool = False, start_us: int = 0, joints: int = 5, simulated: bool = True
 ) -> Iterator[Bench]:
     """The C core on a virtual clock."""
     clock = VirtualClock()
-    bench = CoreBench(library, joints, start_us=start_us, time_constant_s=0.03)
+    bench = CoreBench(library, joints, start_us=start_us, time_constant_s=0.03, simulated=simulated)
+    limits = [_limits_of(joint) for joint in range(1, joints + 1)]
+    for joint, of_joint in enumerate(limits, start=1):
+        bench.limit(joint, of_joint)
+    bench.reset()
     link = CoreLink(bench, clock, can=can)
     send_bytes = None if can else link.send_bytes
-    yield Bench(link, clock, send_bytes=send_bytes, reset=bench.reset, tolerance_s=0.003)
+    lab = Lab(
+        reset_at=bench.reset_at,
+        turn_joint=bench.place,
+        lose_encoder=bench.lose_encoder,
+        fail=bench.fail,
+        supply=bench.supply,
+        draw=bench.draw,
+        store_trim=bench.store_trim,
+        plate=Plate(joints, 8192, CORE_SERIAL_NUMBER, (2, 0, 0), simulated, False, tuple(limits)),
+    )
+    yield Bench(link, clock, send_bytes=send_bytes, reset=bench.reset, lab=lab, tolerance_s=0.003)
 
 
 @contextmanager
@@ -127,8 +227,8 @@ def free_port() -> int:
 
 
 @contextmanager
-def qemu(image: Path) -> Iterator[tuple[str, Callable[[], None]]]:
-    """The Cortex-M image on an emulated MPS2 board; the port to use, and its reset button."""
+def qemu_with_monitor(image: Path) -> Iterator[tuple[str, socket.socket]]:
+    """The Cortex-M image on an emulated MPS2 board; the port to use, and the emulator's monitor."""
     need("qemu-system-arm")
     serial, monitor = free_port(), free_port()
     command = [
@@ -138,21 +238,23 @@ def qemu(image: Path) -> Iterator[tuple[str, Callable[[], None]]]:
     ]  # fmt: skip
     process = subprocess.Popen(command)
     try:
-        _connect(serial).close()  # it listens there too
-        buttons = _connect(monitor)
-        try:
-            yield (
-                f"serial:socket://127.0.0.1:{serial}",
-                lambda: _press(lambda: buttons.sendall(b"system_reset\n")),
-            )
-        finally:
-            buttons.close()
+        connected(serial).close()  # it listens there too
+        with connected(monitor) as buttons:
+            yield f"serial:socket://127.0.0.1:{serial}", buttons
     finally:
         process.terminate()
         process.wait(10.0)
 
 
-def _connect(port: int) -> socket.socket:
+@contextmanager
+def qemu(image: Path) -> Iterator[tuple[str, Callable[[], None]]]:
+    """The same; the port to use, and the board's reset button."""
+    with qemu_with_monitor(image) as (port, monitor):
+        yield port, lambda: _press(lambda: monitor.sendall(b"system_reset\n"))
+
+
+def connected(port: int) -> socket.socket:
+    """A connection to a program that is starting."""
     deadline = time.monotonic() + STARTS_S
     while True:
         try:
@@ -168,3 +270,35 @@ def cortex_m(image: Path) -> Iterator[Bench]:
     """The reference firmware on an emulated Cortex-M3."""
     with qemu(image) as (port, reset), open_link(port) as link:
         yield Bench(link, MonotonicClock(), send_bytes=bytes_of(link), reset=reset, tolerance_s=0.03)
+
+
+def cores_in_process(library: Any) -> list[Callable[[], Any]]:
+    """Every bench of the C core in virtual time: the first takes all cases, the others the quick ones."""
+    wrap = 1 << 32
+    return [
+        lambda: core_in_process(library),
+        lambda: core_in_process(library, can=True, start_us=wrap - 650_000, joints=16),
+        lambda: core_in_process(library, start_us=wrap - 200_000, joints=1, simulated=False),
+    ]
+
+
+def sims_in_process() -> list[Callable[[], Any]]:
+    """Every bench of the simulated board in virtual time."""
+    return [sim_with_hands, sim_in_process, lambda: sim_with_hands(16), lambda: sim_with_hands(1)]
+
+
+def warm_up() -> None:
+    """Compile what the simulated board needs of the physics."""
+    SoftBoard(load_robot("penn_state"))
+
+
+# What a wire and a real clock can change: every other promise is one of logic, asked in virtual time of the same code.
+_ABOUT_WIRE_AND_TIME = {
+    "bad_frames", "beats", "clock", "feeding", "frames", "identity", "latches", "reboot", "setpoints", "watchdog",
+}  # fmt: skip
+
+
+def about_wire_and_time() -> list[Case]:
+    """The cases worth their time on every real wire."""
+    quick = [case for case in cases() if not case.long]
+    return [case for case in quick if case.function.__module__.rpartition(".")[2] in _ABOUT_WIRE_AND_TIME]

@@ -25,13 +25,7 @@ REAL_TIME = [
     "host-1-joint-across-the-wrap-of-its-clock",
     "cortex-m-qemu",
 ]
-SERIAL_ONLY = {
-    "counts_bad_packets",
-    "takes_zeros_and_single_bytes",
-    "survives_noise",
-    "survives_corrupted_packets",
-}
-WITH_RESET_ONLY = {"forgets_at_a_reset", "starts_again_at_a_reset"}
+CANNOT_BE_TOLD = ("too busy", "encoders are too fine", "coasts when it loses its power")
 
 
 def ask(case: Case, bench: Bench, tries: int = 1) -> None:
@@ -41,11 +35,8 @@ def ask(case: Case, bench: Bench, tries: int = 1) -> None:
         if outcome.verdict is Verdict.PASSED:
             return
     if outcome.verdict is Verdict.SKIPPED:
-        expected = (case.name in SERIAL_ONLY and bench.send_bytes is None) or (
-            case.name in WITH_RESET_ONLY and bench.reset is None
-        )
-        if "too busy" not in outcome.detail:
-            assert expected, outcome.detail
+        missing = any(not bench.can(need) for need in case.needs)
+        assert missing or any(reason in outcome.detail for reason in CANNOT_BE_TOLD), outcome.detail
         pytest.skip(outcome.detail)
     assert outcome.verdict is Verdict.PASSED, "\n".join([f"{case.rule}\n{outcome.detail}", *outcome.traffic])
 
@@ -56,12 +47,25 @@ def sim() -> Iterator[Bench]:
         yield bench
 
 
+@pytest.fixture(
+    scope="module", params=[5, *(pytest.param(joints, marks=pytest.mark.slow) for joints in (1, 16))]
+)
+def sim_with_hands(request: pytest.FixtureRequest) -> Iterator[Bench]:
+    with boards.sim_with_hands(request.param) as bench:
+        yield bench
+
+
 @pytest.mark.parametrize(
     "case",
     [pytest.param(case, marks=[pytest.mark.slow] * case.long, id=case.name) for case in cases()],
 )
 def test_simulated_board(case: Case, sim: Bench) -> None:
     ask(case, sim)
+
+
+@pytest.mark.parametrize("case", QUICK, ids=lambda case: case.name)
+def test_simulated_joints_in_hands(case: Case, sim_with_hands: Bench) -> None:
+    ask(case, sim_with_hands)
 
 
 @pytest.mark.parametrize("case", cases(), ids=lambda case: case.name)
@@ -116,14 +120,28 @@ def real_board(request: pytest.FixtureRequest) -> Iterator[Bench]:
         yield stack.enter_context(made)
 
 
+ON_EVERY_WIRE = boards.about_wire_and_time()
+ON_ONE_WIRE = [case for case in QUICK if case not in ON_EVERY_WIRE]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("case", QUICK, ids=lambda case: case.name)
+@pytest.mark.real_time
+@pytest.mark.parametrize("case", ON_EVERY_WIRE, ids=lambda case: case.name)
 @pytest.mark.parametrize("real_board", REAL_TIME, indirect=True)
 def test_real_time(case: Case, real_board: Bench) -> None:
     ask(case, real_board, tries=4)
 
 
 @pytest.mark.slow
+@pytest.mark.real_time
+@pytest.mark.parametrize("case", ON_ONE_WIRE, ids=lambda case: case.name)
+@pytest.mark.parametrize("real_board", ["host-pty"], indirect=True)
+def test_real_time_on_one_wire(case: Case, real_board: Bench) -> None:
+    ask(case, real_board, tries=4)
+
+
+@pytest.mark.slow
+@pytest.mark.real_time
 @pytest.mark.timeout(600)
 @pytest.mark.parametrize("case", [case for case in cases() if case.long], ids=lambda case: case.name)
 @pytest.mark.parametrize("real_board", ["host-pty", "host-slcan", "cortex-m-qemu"], indirect=True)

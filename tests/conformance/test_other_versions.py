@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from boards import sim_in_process
 
-import snakebot.simboard.board as simulated
+import snakebot.softboard.reports as simulated
 from firmware_protocol import catalogue
 from firmware_protocol.catalogue import catalogue_hash
 from snakebot.board import Board
@@ -15,7 +15,7 @@ from snakebot.clock import VirtualClock
 from snakebot.conformance import Verdict, cases, run_case
 from snakebot.errors import NoBoardError
 from snakebot.robot import load_robot
-from snakebot.simboard import InProcessLink, SimBoard
+from snakebot.softboard import InProcessLink, SoftBoard
 
 OTHER_HASH = catalogue_hash() ^ 0xFF
 
@@ -24,7 +24,7 @@ OTHER_HASH = catalogue_hash() ^ 0xFF
     ("name", "value", "words"),
     [
         ("catalogue_hash", lambda: OTHER_HASH, (f"{catalogue_hash():08x}", f"{OTHER_HASH:08x}")),
-        ("PROTOCOL_MAJOR", 9, ("protocol 1", "9")),
+        ("PROTOCOL_MAJOR", 9, ("protocol 2", "9")),
     ],
 )
 def test_another_version_is_named(
@@ -38,7 +38,7 @@ def test_another_version_is_named(
     assert outcome.verdict is Verdict.FAILED
     clock = VirtualClock()
     with (
-        InProcessLink(SimBoard(load_robot("penn_state")), clock) as link,
+        InProcessLink(SoftBoard(load_robot("penn_state")), clock) as link,
         pytest.raises(NoBoardError) as refused,
     ):
         Board(link, clock).connect()

@@ -18,6 +18,7 @@ PROGRAM = "from snakebot.cli.main import main; main()"
 
 
 @pytest.mark.slow
+@pytest.mark.real_time
 @pytest.mark.timeout(900)
 def test_a_minute_at_100_hz(cortex_m_image: Path, tmp_path: Path) -> None:
     with ahead_of_others(), qemu(cortex_m_image) as (port, _):

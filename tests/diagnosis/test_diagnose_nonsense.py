@@ -10,6 +10,7 @@ import pytest
 from sessions import bench, make_session, snake
 
 from snakebot.diagnosis import diagnose
+from snakebot.diagnosis.evidence.sanity import check_session
 from snakebot.errors import BadInputError
 from snakebot.runlog import Run, Session
 
@@ -110,6 +111,25 @@ def test_swapped_command_and_reading_are_warned_about_and_not_explained() -> Non
     )
     assert any("swapped" in warning for warning in found.warnings)
     assert found.verdict == "unexplained" or all(cause.probability <= 0.5 for cause in found.causes)
+
+
+def test_readings_that_are_the_commands_again_are_refused() -> None:
+    session = make_session(bench())
+    copied = replace(session, runs=tuple(replace(run, measured_rad=run.command_rad) for run in session.runs))
+    with pytest.raises(BadInputError, match="same numbers in every sample: was one column written twice"):
+        diagnose(copied)
+
+
+def test_one_joint_whose_readings_are_its_commands_is_told() -> None:
+    def copy_first(run: Run) -> Run:
+        measured = run.measured_rad.copy()
+        measured[:, 0] = run.command_rad[:, 0]
+        return replace(run, measured_rad=measured)
+
+    session = make_session(bench())
+    warnings = check_session(replace(session, runs=tuple(copy_first(run) for run in session.runs)))
+    assert any(line.startswith("joint 1: commands and readings are the same") for line in warnings)
+    assert not any("same numbers" in line for line in check_session(session))
 
 
 def test_options_that_name_nothing() -> None:

@@ -11,8 +11,8 @@ import pytest
 from sessions import GAITS, bench, make_session, snake
 
 from snakebot.diagnosis import Diagnosis, diagnose, json_schema
-from snakebot.diagnosis.report import page
-from snakebot.diagnosis.words import summary
+from snakebot.diagnosis.show.page import page
+from snakebot.diagnosis.show.words import summary
 from snakebot.effects import predict
 from snakebot.runlog import Session
 
@@ -42,7 +42,7 @@ def test_a_rate_limit_is_found_with_joint_and_value(limited: tuple[Session, Diag
 
 def test_the_output_meets_the_published_schema(limited: tuple[Session, Diagnosis]) -> None:
     data = limited[1].to_mapping()
-    assert data["schema"] == "snakebot.diagnosis/1"
+    assert data["schema"] == "snakebot.diagnosis/2"
     jsonschema.validate(json.loads(json.dumps(data, allow_nan=False)), json_schema())
 
 
@@ -58,8 +58,10 @@ def test_joints_that_each_have_an_offset_of_their_own() -> None:
     )
     found = diagnose(session, only=["servo_offset"])
     assert found.verdict == "explained"
-    estimates = {cause.joints: cause.parameters["offset_deg"].estimate for cause in found.causes}
-    assert estimates == {(j,): pytest.approx(v, abs=0.02) for j, v in enumerate(offsets, 1)}
+    (cause,) = found.causes
+    assert cause.joints == (1, 2, 3, 4)
+    each = [joint.estimate for joint in cause.parameters["offset_deg"].by_joint]
+    assert each == pytest.approx(offsets, abs=0.02)
 
 
 def test_no_gap_is_no_gap() -> None:
@@ -150,11 +152,11 @@ def test_closure_is_never_taken_on_runs_that_were_fitted() -> None:
     assert angle.rms_after < 0.1 * angle.rms_before
     assert found.causes[0].closure_alone is None
     told = "\n".join(summary(found))
-    assert "Joint angles on the runs that were fitted (none is held out)" in told
-    assert "held-out runs:" not in told
+    assert "the error on the runs it was fitted to falls" in told
+    assert "not fitted to" not in told
     html = page(session, found)
     assert angle.reason in html
-    assert "Held-out runs: none." in html
+    assert "Runs: none held out." in html
     assert "no parameter was fitted to" not in html
     jsonschema.validate(json.loads(json.dumps(found.to_mapping(), allow_nan=False)), json_schema())
 
@@ -169,7 +171,9 @@ def test_one_motion_over_ground_has_no_closure_of_speed() -> None:
     assert speed.reason is not None
     assert "no run is held out" in speed.reason
     assert speed.error_after < speed.error_before
-    assert any("Forward speed on the runs that were fitted" in line for line in summary(found))
+    assert any(
+        "the error of the forward speed on the runs it was fitted to" in line for line in summary(found)
+    )
 
 
 def test_stretches_without_power_are_not_fitted() -> None:

@@ -8,6 +8,8 @@ import pytest
 
 from snakebot.cli import diagnose_live
 from snakebot.cli.diagnose_live import Live, live
+from snakebot.cli.run_options import RunOptions
+from snakebot.diagnosis import live as turns
 from snakebot.diagnosis.result import (
     AngleClosure,
     Cause,
@@ -18,7 +20,7 @@ from snakebot.diagnosis.result import (
     Unexplained,
     Where,
 )
-from snakebot.robot import load_robot
+from snakebot.robot import Robot, load_robot
 from snakebot.runlog import read_log
 
 PROBE = "triangle:amplitude_deg=5,rate_deg_s=20,joints=3"
@@ -69,8 +71,8 @@ def verdict(lifted: bool) -> Diagnosis:
 def test_the_proposed_probe_is_run_and_logged(
     lifted: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(diagnose_live, "START", diagnose_live.START[3:])
-    plan = Live("sim:", tmp_path / "logs", budget=5, yes=True, passed=("--fast",))
+    monkeypatch.setattr(turns, "START", turns.START[3:])
+    plan = Live(tmp_path / "logs", 5, RunOptions(yes=True, fast=True))
     live(plan, load_robot("penn_state"), lambda folder: verdict(lifted), lambda text: None)
     logs = [read_log(path) for path in sorted((tmp_path / "logs").glob("*.mcap"))]
     assert [log.metadata.get("probe") for log in logs[-2:]] == [
@@ -84,11 +86,16 @@ def test_nobody_lifts_a_real_robot_when_nobody_is_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     said: list[str] = []
-    moved: list[str] = []
-    monkeypatch.setattr(diagnose_live, "START", diagnose_live.START[1:3])
-    monkeypatch.setattr(diagnose_live, "_run", lambda plan, arguments, *_: not moved.append(str(arguments)))
-    plan = Live("serial:/dev/ttyUSB0", tmp_path / "logs", budget=5, yes=True)
+    moved: list[turns.Experiment] = []
+    monkeypatch.setattr(turns, "START", turns.START[1:3])
+
+    def move(plan: Live, robot: Robot, wanted: turns.Experiment, *_: object) -> bool:
+        moved.append(wanted)
+        return True
+
+    monkeypatch.setattr(diagnose_live, "run_one", move)
+    plan = Live(tmp_path / "logs", 5, RunOptions(port="serial:/dev/ttyUSB0", yes=True))
     live(plan, load_robot("penn_state"), lambda folder: verdict(True), said.append)
     assert moved
-    assert not any("--lifted" in arguments for arguments in moved)
+    assert not any(experiment.lifted for experiment in moved)
     assert any("lift" in line for line in said)

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-import json
+import math
 import signal
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 
 import click
 import pytest
 
-from snakebot.cli import diagnose_live
-from snakebot.cli.diagnose_live import Live, live, starting_set
-from snakebot.control import registry
+from snakebot.cli.diagnose_live import Live, live
+from snakebot.cli.run_options import RunOptions
+from snakebot.control import RecordedRun, RunPlan, RunResult, RunSettings, registry
+from snakebot.control.progress import Progress, TrackingSoFar
+from snakebot.diagnosis.live import starting_set
+from snakebot.diagnosis.result import GaitDegrees, NextExperiment
 from snakebot.errors import BadInputError, BoardFaultError, LostBoardError
 from snakebot.gait import Gait, GaitMotion, check_motion
 from snakebot.robot import Robot, load_robot, robot_from_mapping
@@ -30,8 +34,29 @@ def cause(probability: float, *ties: str) -> Any:
 
 
 def verdict(*causes: Any, proposal: str | None = PROBE, name: str = "explained") -> Any:
-    motion = None if proposal is None else SimpleNamespace(command=proposal, reason="they differ there")
+    motion = None
+    if proposal is not None:
+        motion = NextExperiment(
+            gait=GaitDegrees(alpha_deg=2, beta_deg=80, omega_rad_s=0.5),
+            lifted=proposal.endswith("--lifted"),
+            duration_s=10,
+            ramp_s=2,
+            motion="a small gait",
+            separates=(),
+            expected_probability_after=0.9,
+            reason="they differ there",
+            command=proposal,
+        )
     return SimpleNamespace(verdict=name, causes=causes, next_experiment=motion)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """One run that was asked for."""
+
+    plan: RunPlan
+    settings: RunSettings
+    options: RunOptions
 
 
 class Desk:
@@ -39,21 +64,31 @@ class Desk:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, folder: Path, *verdicts: Any) -> None:
         self.folder, self.verdicts = folder, list(verdicts)
-        self.runs: list[list[str]] = []
+        self.runs: list[Asked] = []
         self.said: list[str] = []
         self.fails_at: int | None = None
-        monkeypatch.setattr("snakebot.cli.run.command", SimpleNamespace(main=self._run))
+        self.interrupted_at: int | None = None
+        self.asked_late: dict[int, Literal["stop", "end"]] = {}  # run -> what came while its log was closed
+        monkeypatch.setattr("snakebot.cli.execution.execute", self._run)
 
-    def _run(self, arguments: Sequence[str], standalone_mode: bool) -> None:
-        assert not standalone_mode
-        self.runs.append(list(arguments))
+    def _run(
+        self, robot: Robot, plan: RunPlan, settings: RunSettings, options: RunOptions, page: object
+    ) -> RecordedRun:
+        assert page is None
+        self.runs.append(Asked(plan, settings, options))
         if len(self.runs) == self.fails_at:
             raise LostBoardError("the wire is gone")
-        Path(arguments[arguments.index("--log") + 1]).write_bytes(b"")
-        click.echo(json.dumps({"ended": "finished", "ticks": 1201, "lost": 0, "clamped": 0}))
+        assert settings.log_path is not None
+        settings.log_path.write_bytes(b"")
+        ended = "interrupted" if len(self.runs) == self.interrupted_at else "finished"
+        progress = Progress(12.0, TrackingSoFar(robot.joints, 1.0), ticks=1201)
+        result = RunResult(ended, 12.0, progress)
+        late: Literal["", "stop", "end"] = self.asked_late.get(len(self.runs), "")
+        return RecordedRun(result, settings.log_path, asked_late=late)
 
     def go(self, *, port: str = "sim:", budget: int = 9, yes: bool = True, robot: Robot = ROBOT) -> Any:
-        return live(Live(port, self.folder, budget, yes), robot, self._diagnose, self.said.append)
+        plan = Live(self.folder, budget, RunOptions(port=port, yes=yes))
+        return live(plan, robot, self._diagnose, self.said.append)
 
     def _diagnose(self, folder: Path) -> Any:
         assert folder == self.folder
@@ -89,7 +124,9 @@ def test_what_is_open_is_followed_up_until_it_stands(desk: Make, still_open: Any
     here = desk(still_open, verdict(cause(0.9)))
     assert here.go().causes[0].probability == 0.9
     assert len(here.runs) == 6
-    assert here.runs[5][:2] == ["--alpha", "2"]
+    gait = here.runs[5].plan.gait
+    assert gait is not None
+    assert math.degrees(gait.alpha_rad) == pytest.approx(2)
 
 
 def test_the_same_proposal_twice_ends_it(desk: Make) -> None:
@@ -118,8 +155,8 @@ def test_the_budget_holds(desk: Make) -> None:
 def test_each_simulated_run_has_noise_of_its_own_and_a_real_one_no_seed(desk: Make) -> None:
     here = desk(verdict(cause(0.9)))
     here.go()
-    assert [run[run.index("--seed") + 1] for run in here.runs] == ["0", "1", "2", "3", "4"]
-    logs = [Path(run[run.index("--log") + 1]).name for run in here.runs]
+    assert [run.options.seed for run in here.runs] == [0, 1, 2, 3, 4]
+    logs = [run.settings.log_path.name for run in here.runs if run.settings.log_path]
     assert logs == [f"live_0{i}.mcap" for i in range(1, 6)]
 
 
@@ -127,8 +164,8 @@ def test_a_real_robot_gets_port_and_no_seed(desk: Make) -> None:
     here = desk(verdict(cause(0.9)))
     here.go(port="serial:/dev/ttyUSB7")
     for run in here.runs:
-        assert run[run.index("--port") + 1] == "serial:/dev/ttyUSB7"
-        assert "--seed" not in run
+        assert run.options.port == "serial:/dev/ttyUSB7"
+        assert run.options.seed == 0
 
 
 def test_nobody_is_there_to_lift_a_real_robot(desk: Make) -> None:
@@ -141,7 +178,7 @@ def test_nobody_is_there_to_lift_a_real_robot(desk: Make) -> None:
 def test_a_simulated_robot_needs_no_hand(desk: Make) -> None:
     here = desk(verdict(cause(0.6), proposal=LIFTED), verdict(cause(0.9)))
     here.go()
-    assert "--lifted" in here.runs[5]
+    assert here.runs[5].plan.lifted
 
 
 def test_standard_output_is_left_to_the_verdict(desk: Make, capsys: pytest.CaptureFixture[str]) -> None:
@@ -159,7 +196,7 @@ def test_each_motion_is_asked_for(desk: Make, monkeypatch: pytest.MonkeyPatch, y
         asked.append(text)
         return len(asked) <= yeses
 
-    monkeypatch.setattr(diagnose_live.click, "confirm", confirm)
+    monkeypatch.setattr(click, "confirm", confirm)
     here = desk(verdict(cause(0.6)), verdict(cause(0.9)))
     here.go(yes=False, port="serial:/dev/ttyUSB7")
     assert len(here.runs) == runs
@@ -173,6 +210,34 @@ def test_a_lost_board_ends_it_and_what_is_there_is_told(desk: Make) -> None:
     with pytest.raises(LostBoardError):
         here.go()
     assert "holds 2 logs: snakebot diagnose" in here.said[-1]
+
+
+def test_an_interrupted_run_ends_it_with_its_exit_status(desk: Make) -> None:
+    here = desk()
+    here.interrupted_at = 3
+    with pytest.raises(SystemExit) as ended:
+        here.go()
+    assert ended.value.code == 130
+    assert len(here.runs) == 3
+    assert "holds 3 logs" in here.said[-1]
+
+
+def test_a_stop_while_a_log_is_closed_is_held_for_the_next_run(desk: Make) -> None:
+    here = desk()
+    here.asked_late = {2: "stop"}
+    with pytest.raises(BoardFaultError, match="emergency stop: no further run is made"):
+        here.go()
+    assert len(here.runs) == 2
+
+
+def test_ctrl_c_while_a_log_is_closed_ends_it(desk: Make) -> None:
+    here = desk()
+    here.asked_late = {2: "end"}
+    with pytest.raises(SystemExit) as ended:
+        here.go()
+    assert ended.value.code == 130
+    assert len(here.runs) == 2
+    assert "no further run is made" in here.said[-2]
 
 
 def test_a_used_folder_is_refused(desk: Make, tmp_path: Path) -> None:
@@ -189,10 +254,11 @@ def test_a_slow_robot_gets_smaller_gaits_all_of_them_safe() -> None:
     robot = robot_from_mapping(text, "slow")
     gaits = starting_set(robot)
     assert len(gaits) == 5
-    assert gaits[0] == gaits[-1]
-    assert [g[0] for g in gaits[:4]] != [g[0] for g in starting_set(ROBOT)[:4]]
-    for alpha, beta, omega in gaits:
-        check_motion(GaitMotion(Gait.from_degrees(alpha, beta, omega), 5, 12.0, 2.0), robot)
+    assert gaits[0].motion == gaits[-1].motion
+    assert [g.motion for g in gaits[:4]] != [g.motion for g in starting_set(ROBOT)[:4]]
+    for each in gaits:
+        assert isinstance(each.motion, Gait)
+        check_motion(GaitMotion(each.motion, 5, 12.0, 2.0), robot)
 
 
 def test_runs_that_begin_from_different_poses_are_repeats_all_the_same(tmp_path: Path) -> None:
@@ -201,7 +267,7 @@ def test_runs_that_begin_from_different_poses_are_repeats_all_the_same(tmp_path:
 
     import numpy as np
 
-    from snakebot.cli.diagnose import _session
+    from snakebot.cli.diagnose import given_session
     from snakebot.runlog import Run, write_session
 
     t_s = np.arange(0, 12, 0.01)
@@ -214,14 +280,11 @@ def test_runs_that_begin_from_different_poses_are_repeats_all_the_same(tmp_path:
         write_session(tmp_path / run.name, ROBOT, [run])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        session = _session((tmp_path / "a", tmp_path / "b"), None)
+        session = given_session((tmp_path / "a", tmp_path / "b"), None)
     assert [run.repeat_of is not None for run in session.runs] == [False, True]
 
 
-def test_a_stop_between_two_runs_ends_it_all(
-    desk: Make, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
+def test_a_stop_between_two_runs_ends_it_all(desk: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     turns = desk(verdict(cause(0.5)))
     before = signal.getsignal(registry.STOP_SIGNAL)
 
@@ -238,6 +301,4 @@ def test_a_stop_between_two_runs_ends_it_all(
         turns.go(port="serial:/dev/robot")
     assert signal.getsignal(registry.STOP_SIGNAL) is before
     assert not registry.running()
-    assert ["--keep-stop" in arguments for arguments in turns.runs] == [False] + [True] * (
-        len(turns.runs) - 1
-    )
+    assert [run.settings.keep_stop for run in turns.runs] == [False] + [True] * (len(turns.runs) - 1)

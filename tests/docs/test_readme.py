@@ -17,17 +17,31 @@ from snakebot.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-COMMANDS = [line.strip() for line in README.splitlines() if line.startswith("    snakebot ")] + re.findall(
-    r"`(snakebot study pareto [^`]*)`", README
-)
-SLOW = ("diagnose", "study")
+# Commands that serve a page go on until somebody ends them: tests/docs/test_view_page.py.
+SERVES_A_PAGE = re.compile(r"    snakebot (view |.* --view)")
+COMMANDS = [
+    line.strip()
+    for line in README.splitlines()
+    if line.startswith("    snakebot ") and not SERVES_A_PAGE.match(line)
+] + re.findall(r"`(snakebot study pareto [^`]*)`", README)
+SLOW = ("diagnose", "optimize", "study", "plan", "predict")
 REAL_PORTS = ("serial:/dev/ttyUSB0", "can:socketcan/can0")
 
 
 @pytest.fixture(scope="module")
 def port() -> Iterator[str]:
     """A simulated board on a pseudo-terminal stands where the README has a robot."""
-    command = [sys.executable, "-m", "snakebot.cli.main", "board", "sim", "--serial", "--json"]
+    command = [
+        sys.executable,
+        "-m",
+        "snakebot.cli.main",
+        "board",
+        "sim",
+        "--serial",
+        "--watchdog-ms",
+        "250",
+        "--json",
+    ]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     yield json.loads(process.stdout.readline())["port"]
@@ -66,7 +80,8 @@ def words_of(command: str, port: str) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "command", [pytest.param(c, marks=[pytest.mark.slow] if c.split()[1] in SLOW else []) for c in COMMANDS]
+    "command",
+    [pytest.param(c, marks=[pytest.mark.slow] if set(c.split()[1:3]) & set(SLOW) else []) for c in COMMANDS],
 )
 def test_a_command_of_the_readme_runs(
     command: str, port: str, lab: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -101,12 +116,14 @@ def serve(words: list[str]) -> None:
 
 def test_the_readme_has_the_commands_that_it_should() -> None:
     assert len(COMMANDS) >= 15
-    for name in ("run", "board", "doctor", "log", "analyze", "compare", "diagnose", "study"):
+    for name in ("run", "board", "doctor", "log", "analyze", "compare", "diagnose", "optimize", "study"):
         assert any(command.split()[1] == name for command in COMMANDS), name
 
 
 PAGES = [
     ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    ROOT / "CHANGELOG.md",
     *sorted((ROOT / "docs").glob("*.md")),
     ROOT / "firmware_protocol" / "PROTOCOL.md",
 ]

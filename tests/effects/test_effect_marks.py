@@ -1,34 +1,39 @@
 """Each effect leaves the mark that its closed form says."""
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
 
+from snakebot.arrays import Floats
 from snakebot.effects import assemble, predict
-from snakebot.robot import load_robot, robot_from_mapping
+from snakebot.robot import Robot, load_robot, robot_from_mapping
 
 OMEGA = 4.0
 AMPLITUDE = 0.8
 
 
-def bench(time_constant_s=0.03, joints=1, arm=None):
-    servo = {"time_constant_s": time_constant_s}
+def bench(time_constant_s: float = 0.03, joints: int = 1, arm: dict[str, float] | None = None) -> Robot:
+    servo: dict[str, Any] = {"time_constant_s": time_constant_s}
     if arm:
         servo["arm"] = arm
     return robot_from_mapping({"joints": joints, "servo": servo}, "bench")
 
 
-def sine(duration_s=12.0, step_s=0.002, omega=OMEGA, amplitude=AMPLITUDE):
+def sine(
+    duration_s: float = 12.0, step_s: float = 0.002, omega: float = OMEGA, amplitude: float = AMPLITUDE
+) -> tuple[Floats, Floats]:
     t = np.arange(0.0, duration_s, step_s)
     return t, amplitude * np.sin(omega * t)[:, None]
 
 
-def response(robot, specs, t, command, **options):
+def response(robot: Robot, specs: Sequence[str], t: Floats, command: Floats, **options: Any) -> Floats:
     return predict(robot, specs, t, command, quantise=False, **options).encoder_rad[:, 0]
 
 
-def phasor(t, signal, omega=OMEGA, from_s=6.0):
+def phasor(t: Floats, signal: Floats, omega: float = OMEGA, from_s: float = 6.0) -> complex:
     """Complex amplitude of the sine part, over whole cycles."""
     cycles = math.floor((t[-1] - from_s) * omega / (2 * math.pi))
     rows = (t >= from_s) & (t < from_s + cycles * 2 * math.pi / omega)
@@ -41,21 +46,21 @@ def phasor(t, signal, omega=OMEGA, from_s=6.0):
 HOLD_S = 0.001
 
 
-def test_nominal_lag_is_a_first_order_lag():
+def test_nominal_lag_is_a_first_order_lag() -> None:
     t, command = sine()
     z = phasor(t, response(bench(), (), t, command)) / AMPLITUDE
     expected = np.exp(-1j * OMEGA * HOLD_S) / (1 + 1j * OMEGA * 0.03)
     assert abs(z - expected) < 2e-4
 
 
-def test_servo_lag_replaces_the_nominal_one():
+def test_servo_lag_replaces_the_nominal_one() -> None:
     t, command = sine()
     z = phasor(t, response(bench(), ["servo_lag:time_constant_s=0.1"], t, command)) / AMPLITUDE
     assert abs(z - np.exp(-1j * OMEGA * HOLD_S) / (1 + 1j * OMEGA * 0.1)) < 2e-4
 
 
 @pytest.mark.parametrize("zeta", [0.1, 0.7, 1.0, 3.0])
-def test_second_order_transfer_function(zeta):
+def test_second_order_transfer_function(zeta: float) -> None:
     wn = 12.0
     t, command = sine(duration_s=25.0)
     spec = f"second_order:natural_freq_rad_s={wn},damping_ratio={zeta}"
@@ -64,7 +69,7 @@ def test_second_order_transfer_function(zeta):
     assert abs(z - expected) < 5e-4
 
 
-def test_second_order_with_a_lag_is_both_in_a_row():
+def test_second_order_with_a_lag_is_both_in_a_row() -> None:
     t, command = sine()
     specs = ["servo_lag:time_constant_s=0.1", "second_order:natural_freq_rad_s=12,damping_ratio=0.7"]
     z = phasor(t, response(bench(), specs, t, command)) / AMPLITUDE
@@ -72,7 +77,7 @@ def test_second_order_with_a_lag_is_both_in_a_row():
     assert abs(z - np.exp(-1j * OMEGA * HOLD_S) * lag * 144 / (144 - 16 + 2j * 0.7 * 12 * OMEGA)) < 5e-4
 
 
-def test_second_order_step_overshoots_as_the_damping_says():
+def test_second_order_step_overshoots_as_the_damping_says() -> None:
     t = np.arange(0, 3, 0.01)
     spec = ["second_order:natural_freq_rad_s=12,damping_ratio=0.3"]
     peak = response(bench(), spec, t, np.ones((t.size, 1)), initial_rad=[0.0]).max()
@@ -80,7 +85,7 @@ def test_second_order_step_overshoots_as_the_damping_says():
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 0.0007, 0.033, 0.1])
-def test_delay_turns_the_phase_and_leaves_the_amplitude(delay_s):
+def test_delay_turns_the_phase_and_leaves_the_amplitude(delay_s: float) -> None:
     t, command = sine()
     nominal = phasor(t, response(bench(), (), t, command))
     late = phasor(t, response(bench(), [f"command_delay:delay_s={delay_s}"], t, command))
@@ -90,7 +95,7 @@ def test_delay_turns_the_phase_and_leaves_the_amplitude(delay_s):
     assert late / nominal == pytest.approx(np.exp(-1j * OMEGA * delay_s), abs=ripple)
 
 
-def test_clock_drift_is_a_growing_delay():
+def test_clock_drift_is_a_growing_delay() -> None:
     t, command = sine(duration_s=40.0)
     nominal = response(bench(), (), t, command)
     late = response(bench(), ["clock_drift:ppm=3000"], t, command)
@@ -100,7 +105,7 @@ def test_clock_drift_is_a_growing_delay():
     assert np.abs(nominal[rows] - late[rows]).max() > 0.2
 
 
-def test_rate_limit_on_a_step_is_a_ramp_that_ends_in_the_lag():
+def test_rate_limit_on_a_step_is_a_ramp_that_ends_in_the_lag() -> None:
     t = np.arange(0, 3, 0.01)
     angle = response(bench(), ["rate_limit:limit_rad_s=0.5"], t, np.ones((t.size, 1)), initial_rad=[0.0])
     edge_s = (1 - 0.5 * 0.03) / 0.5
@@ -108,7 +113,7 @@ def test_rate_limit_on_a_step_is_a_ramp_that_ends_in_the_lag():
     assert np.allclose(angle, expected, atol=1e-12)
 
 
-def test_rate_limit_on_a_fast_sine_is_a_triangle():
+def test_rate_limit_on_a_fast_sine_is_a_triangle() -> None:
     t, command = sine(amplitude=2.0)
     limit = 1.0
     angle = response(bench(time_constant_s=0.0), [f"rate_limit:limit_rad_s={limit}"], t, command)
@@ -119,7 +124,7 @@ def test_rate_limit_on_a_fast_sine_is_a_triangle():
     assert np.mean(np.abs(np.abs(rate) - limit) < 1e-6) > 0.98
 
 
-def test_voltage_sag_lets_the_rate_fall_through_the_run():
+def test_voltage_sag_lets_the_rate_fall_through_the_run() -> None:
     t = np.arange(0, 20, 0.01)
     command = np.full((t.size, 1), 100.0)
     spec = ["voltage_sag:initial_rad_s=2,drop_per_s=0.05"]
@@ -127,7 +132,7 @@ def test_voltage_sag_lets_the_rate_fall_through_the_run():
     assert np.allclose(angle, 2 / 0.05 * (1 - np.exp(-0.05 * t)), atol=1e-4)
 
 
-def test_voltage_sag_is_faster_with_the_load_than_against_it():
+def test_voltage_sag_is_faster_with_the_load_than_against_it() -> None:
     robot = bench(arm={"mass_kg": 1.0, "length_m": 0.1, "down_deg": 0})
     t = np.arange(0, 2, 0.01)
     spec = ["voltage_sag:initial_rad_s=2,drop_per_s=0,drop_per_nm=0.5"]
@@ -147,7 +152,7 @@ def test_voltage_sag_is_faster_with_the_load_than_against_it():
         ("joint_friction:coulomb_nm=0.5,stiffness_nm_rad=8", 2 * 0.5 / 8),
     ],
 )
-def test_loop_width_on_a_slow_triangle(spec, full_width_rad):
+def test_loop_width_on_a_slow_triangle(spec: str, full_width_rad: float) -> None:
     """Commanded angle going up minus going down, at the same joint angle: the full width of the loop."""
     t = np.arange(0, 40, 0.01)
     command = 0.6 * (2 / math.pi) * np.arcsin(np.sin(2 * math.pi * t / 20))[:, None]
@@ -160,7 +165,7 @@ def test_loop_width_on_a_slow_triangle(spec, full_width_rad):
     assert still.mean() == pytest.approx(full_width_rad / 1.2, rel=0.03)  # of 1.2 rad between two reversals
 
 
-def test_deadband_stops_short():
+def test_deadband_stops_short() -> None:
     t = np.arange(0, 3, 0.01)
     angle = response(bench(), ["deadband:width_deg=3"], t, np.ones((t.size, 1)), initial_rad=[0.0])
     assert angle[-1] == pytest.approx(1 - math.radians(3))
@@ -168,7 +173,7 @@ def test_deadband_stops_short():
     assert np.all(small == 0.0)
 
 
-def test_both_kinds_of_deadband_stop_at_its_edge_and_only_the_soft_one_lags_behind():
+def test_both_kinds_of_deadband_stop_at_its_edge_and_only_the_soft_one_lags_behind() -> None:
     t = np.arange(0, 3, 0.01)
     band = math.radians(3)
     moving = {}
@@ -180,7 +185,7 @@ def test_both_kinds_of_deadband_stop_at_its_edge_and_only_the_soft_one_lags_behi
     assert moving[1] - moving[0] == pytest.approx(band, abs=1e-3)
 
 
-def test_play_that_the_load_takes_up_on_an_arm():
+def test_play_that_the_load_takes_up_on_an_arm() -> None:
     """The arm hangs on the lower side of the play, whichever way the motor last turned."""
     arm = {"mass_kg": 0.5, "length_m": 0.15}
     t = np.arange(0, 6, 0.01)
@@ -197,7 +202,7 @@ def test_play_that_the_load_takes_up_on_an_arm():
     assert np.abs(made[0][far] - math.radians(2) * low[far]).max() > math.radians(2)
 
 
-def test_play_that_the_load_takes_up_in_a_body():
+def test_play_that_the_load_takes_up_in_a_body() -> None:
     """A joint swings in the play of its gears: never farther than half of it, and on the side that bears the load."""
     robot = load_robot("penn_state")
     t = np.arange(0, 8, 0.01)
@@ -215,14 +220,14 @@ def test_play_that_the_load_takes_up_in_a_body():
     assert np.mean(np.abs(swing[heavy])) > 0.75 * half
 
 
-def test_gain_and_offset():
+def test_gain_and_offset() -> None:
     t, command = sine()
     specs = ["command_gain:gain=0.8", "servo_offset:offset_deg=5"]
     nominal = response(bench(), (), t, command)
     assert np.allclose(response(bench(), specs, t, command), 0.8 * nominal + math.radians(5), atol=1e-12)
 
 
-def test_encoder_gain_and_offset_leave_the_joint_alone():
+def test_encoder_gain_and_offset_leave_the_joint_alone() -> None:
     t, command = sine()
     nominal = predict(bench(), (), t, command, quantise=False)
     found = predict(
@@ -232,14 +237,14 @@ def test_encoder_gain_and_offset_leave_the_joint_alone():
     assert np.allclose(found.encoder_rad, 1.1 * nominal.joint_angle_rad + math.radians(3), atol=1e-12)
 
 
-def test_sensor_stage_can_be_undone():
+def test_sensor_stage_can_be_undone() -> None:
     stages = assemble(bench(), ["encoder_offset:offset_deg=3", "encoder_gain:gain=1.1"])
     t, angle = sine()
-    reading, _ = stages.sensor(t, angle)
+    reading = stages.reading(t, angle)
     assert np.allclose(stages.true_angle(t, reading), angle, atol=1e-12)
 
 
-def test_noise_and_counts_are_told_as_variance():
+def test_noise_and_counts_are_told_as_variance() -> None:
     robot = bench()
     t, command = sine()
     count = robot.rad_per_count
@@ -249,14 +254,14 @@ def test_noise_and_counts_are_told_as_variance():
     assert np.array_equal(found.encoder_rad, predict(robot, (), t, command).encoder_rad)
 
 
-def test_prediction_is_in_whole_counts():
+def test_prediction_is_in_whole_counts() -> None:
     robot = bench()
     t, command = sine()
     counts = predict(robot, (), t, command).encoder_rad / robot.rad_per_count
     assert np.allclose(counts, np.round(counts), atol=1e-9)
 
 
-def test_loss_is_a_mean_delay():
+def test_loss_is_a_mean_delay() -> None:
     t, command = sine(step_s=0.02, duration_s=30)
     p = 0.3
     nominal = phasor(t, response(bench(), (), t, command))
@@ -265,10 +270,11 @@ def test_loss_is_a_mean_delay():
     assert lossy / nominal == pytest.approx((1 - p) / (1 - p * z), abs=1e-3)
 
 
-def test_loss_variance_is_that_of_held_set_points():
+def test_loss_variance_is_that_of_held_set_points() -> None:
     stages = assemble(bench(), ["command_loss:probability=0.3"])
     t, command = sine(step_s=0.02, duration_s=2.0)
     track = stages.link(t, command)
+    assert track.variance_rad2 is not None
     rng = np.random.default_rng(5)
     held = np.empty((4000, t.size))
     for row in held:
@@ -279,7 +285,7 @@ def test_loss_variance_is_that_of_held_set_points():
     assert np.allclose(np.sqrt(track.variance_rad2[:, 0]), held.std(axis=0), atol=0.01)
 
 
-def test_wiring_swaps_and_reverses():
+def test_wiring_swaps_and_reverses() -> None:
     t = np.arange(0, 4, 0.01)
     command = np.stack([np.sin(t), np.sin(2 * t), np.sin(3 * t)], axis=1)
     robot = bench(joints=3)
@@ -290,28 +296,28 @@ def test_wiring_swaps_and_reverses():
     assert np.allclose(found, np.stack([nominal[:, 0], nominal[:, 2], -nominal[:, 1]], axis=1), atol=1e-12)
 
 
-def test_rigid_joint_stands_still():
+def test_rigid_joint_stands_still() -> None:
     t, command = sine()
     assert np.all(
         response(bench(), ["joint_rigid:angle_deg=20"], t, command) == pytest.approx(math.radians(20))
     )
 
 
-def test_compliance_sags_by_load_over_stiffness():
+def test_compliance_sags_by_load_over_stiffness() -> None:
     robot = bench(arm={"mass_kg": 2.0, "length_m": 0.25})
     t = np.arange(0, 3, 0.01)
     angle = response(robot, ["compliance:stiffness_nm_rad=40"], t, np.full((t.size, 1), 1.0))
     assert angle[-1] == pytest.approx(1.0 - 2.0 * 9.80665 * 0.25 * math.sin(1.0) / 40)
 
 
-def test_a_load_that_is_given_makes_a_bench_sag():
+def test_a_load_that_is_given_makes_a_bench_sag() -> None:
     t = np.arange(0, 3, 0.01)
     load = np.full((t.size, 1), 0.6)
     angle = response(bench(), ["compliance:stiffness_nm_rad=10"], t, np.zeros((t.size, 1)), load_nm=load)
     assert angle[-1] == pytest.approx(-0.06)
 
 
-def test_torque_limit_lets_a_heavy_arm_hang_short():
+def test_torque_limit_lets_a_heavy_arm_hang_short() -> None:
     """A servo that can bear 0.8 of the horizontal torque lifts the arm to asin(0.8), and no further."""
     arm = {"mass_kg": 1.0, "length_m": 0.2}
     limit = 0.8 * 9.80665 * 0.2
@@ -326,7 +332,7 @@ def test_torque_limit_lets_a_heavy_arm_hang_short():
     )
 
 
-def test_torque_speed_is_a_line_from_no_load_to_stall():
+def test_torque_speed_is_a_line_from_no_load_to_stall() -> None:
     """Lifting an arm of weight w goes at no_load (1 - w / stall), lowering it at no_load (1 + w / stall)."""
     robot = bench(arm={"mass_kg": 1.0, "length_m": 0.1, "down_deg": -90})
     t = np.arange(0, 0.2, 0.01)
@@ -338,7 +344,7 @@ def test_torque_speed_is_a_line_from_no_load_to_stall():
 
 
 @pytest.mark.parametrize("joints", [None, (2, 4)])
-def test_subset_of_joints(joints):
+def test_subset_of_joints(joints: tuple[int, ...] | None) -> None:
     robot = load_robot("penn_state")
     t = np.arange(0, 4, 0.01)
     command = 0.8 * np.sin(3 * t[:, None] + np.arange(5))

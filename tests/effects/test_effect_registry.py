@@ -4,13 +4,15 @@ import importlib.metadata
 import re
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NoReturn
 
-import numpy as np
 import pytest
 
-from snakebot.effects import Plant, assemble, effects, find_effect, parse_effect, predict
+from snakebot.effects import effects, find_effect, parse_effect
 from snakebot.effects.effect import STAGES
+from snakebot.effects.library.rate_limit import RateLimit
 from snakebot.effects.registry import ENTRY_POINT_GROUP
 from snakebot.robot import robot_from_mapping
 
@@ -44,16 +46,16 @@ PUBLIC = {
 }
 
 
-def test_public_names():
+def test_public_names() -> None:
     for name, (stage, parameters) in PUBLIC.items():
         effect = find_effect(name)
         assert effect.stage == stage
         assert set(parameters) <= {p.name for p in effect.parameters}
-        assert effect.per_joint == (stage in ("servo", "sensor"))
+        assert effect.per_joint == (stage in ("servo", "sensor") or name == "command_delay")
 
 
 @pytest.mark.parametrize("name", effects())
-def test_every_effect_tells_about_itself(name):
+def test_every_effect_tells_about_itself(name: str) -> None:
     effect = effects()[name]
     assert effect.stage in STAGES
     assert effect.summary.endswith(".")
@@ -63,7 +65,7 @@ def test_every_effect_tells_about_itself(name):
     assert all(p.doc and p.lower < p.upper for p in effect.parameters)
 
 
-def test_registry_follows_the_signal():
+def test_registry_follows_the_signal() -> None:
     stages = [STAGES.index(effect.stage) for effect in effects().values()]
     assert stages == sorted(stages)
 
@@ -71,17 +73,17 @@ def test_registry_follows_the_signal():
 class Entry:
     """As much of an entry point as the registry sees."""
 
-    def __init__(self, name, load):
+    def __init__(self, name: str, load: Callable[[], object]) -> None:
         self.name, self.value, self.load = name, f"elsewhere:{name}", load
 
 
 @pytest.fixture
-def installed(monkeypatch):
+def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Entry]]:
     """Effects of packages that are not there: fill in entries, look, and forget."""
-    entries = []
+    entries: list[Entry] = []
     original = importlib.metadata.entry_points
 
-    def entry_points(**chosen):
+    def entry_points(**chosen: str) -> object:
         return entries if chosen.get("group") == ENTRY_POINT_GROUP else original(**chosen)
 
     monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
@@ -91,41 +93,11 @@ def installed(monkeypatch):
     effects.cache_clear()
 
 
-def code_of_the_guide(language):
-    text = (REPOSITORY / "docs" / "add-an-effect.md").read_text(encoding="utf-8")
-    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
-
-
-def test_the_effect_of_the_guide(installed):
-    effect_code, test_code = code_of_the_guide("python")
-    space = {}
-    exec(effect_code, space)
-    installed.append(Entry("encoder_eccentricity", lambda: space["EFFECT"]))
-    exec(
-        test_code, {"np": np, "assemble": assemble, "robot_from_mapping": robot_from_mapping, **space}, space
-    )
-    space["test_mark"].__globals__.update(np=np, assemble=assemble, robot_from_mapping=robot_from_mapping)
-    space["test_mark"]()
-    spec = parse_effect(space["EFFECT"].example)
-    robot = robot_from_mapping({"joints": 3}, "bench")
-    t = np.arange(0, 2, 0.01)
-    command = np.stack([np.sin(t)] * 3, axis=1)
-    plant = Plant(robot, [spec])
-    readings = []
-    for now, setpoint in zip(t, command, strict=True):
-        plant.advance(now)
-        readings.append(plant.encoder_rad())
-        plant.command(now, setpoint)
-    assert np.allclose(
-        readings, predict(robot, [spec], t, command).encoder_rad, atol=1.01 * robot.rad_per_count
-    )
-
-
-def test_a_broken_package_is_warned_about_and_left_out(installed):
-    def broken():
+def test_a_broken_package_is_warned_about_and_left_out(installed: list[Entry]) -> None:
+    def broken() -> NoReturn:
         raise ImportError("no module named magic")
 
-    class Taken(type(find_effect("rate_limit"))):
+    class Taken(RateLimit):
         pass
 
     installed += [
@@ -144,7 +116,7 @@ def test_a_broken_package_is_warned_about_and_left_out(installed):
     assert not isinstance(found["rate_limit"], Taken)
 
 
-def test_words_cost_no_compiler():
+def test_words_cost_no_compiler() -> None:
     """--effect is read, and refused, without numba."""
     code = "import sys; from snakebot.effects import parse_effects; parse_effects(['worn_servo']); "
     code += "print('numba' in sys.modules)"
@@ -152,7 +124,7 @@ def test_words_cost_no_compiler():
     assert done.stdout.strip() == "False"
 
 
-def test_pages_are_current():
+def test_pages_are_current() -> None:
     from snakebot.effects.page import pages
 
     folder = REPOSITORY / "docs" / "effects"
@@ -164,24 +136,7 @@ def test_pages_are_current():
         )
 
 
-def test_the_command_of_the_pages(tmp_path):
-    (command,) = [
-        line for block in code_of_the_guide("sh") for line in block.splitlines() if line.startswith("python")
-    ]
-    words = command.split()
-    target = tmp_path / "pages"
-    arguments = [sys.executable, *words[1:-1], str(target)]
-    done = subprocess.run(arguments, capture_output=True, text=True, check=True)
-    assert f"{len(effects()) + 1} pages" in done.stdout
-    stale = target / "gone.md"
-    stale.write_text((target / "slope.md").read_text(encoding="utf-8"), encoding="utf-8")
-    (target / "mine.md").write_text("# Mine\n", encoding="utf-8")
-    subprocess.run(arguments, capture_output=True, check=True)
-    assert not stale.exists()
-    assert (target / "mine.md").exists()
-
-
-def test_the_arm_of_the_index_is_one():
+def test_the_arm_of_the_index_is_one() -> None:
     import yaml
 
     from snakebot.effects.page import index_page

@@ -5,13 +5,16 @@ import math
 import numpy as np
 import pytest
 
+from snakebot.arrays import Floats
 from snakebot.effects import predict
 from snakebot.physics import TORQUE, Chain, ChainModel, Drive
 from snakebot.physics.inertia import felt_inertia_kg_m2
 from snakebot.robot import load_robot
 
 ROBOT = load_robot("penn_state")
-MODEL = ChainModel.from_body(ROBOT.body)
+assert ROBOT.body is not None
+BODY = ROBOT.body
+MODEL = ChainModel.from_body(BODY)
 T = np.arange(0, 9, 0.01)
 COMMAND = (
     np.clip(T / math.pi, 0, 1)[:, None]
@@ -21,7 +24,14 @@ COMMAND = (
 TAU_S = 0.03
 
 
-def torque_servos(stiffness, damping, *, limit=math.inf, coulomb=0.0, step_s=5e-4):
+def torque_servos(
+    stiffness: float,
+    damping: float | Floats,
+    *,
+    limit: float = math.inf,
+    coulomb: float = 0.0,
+    step_s: float = 5e-4,
+) -> Floats:
     """Joint angles when each joint is pulled to a first-order lag of its set-point by a spring and a damper."""
     chain = Chain(MODEL, step_s)
     drive = Drive.at_rest(5)
@@ -40,14 +50,14 @@ def torque_servos(stiffness, damping, *, limit=math.inf, coulomb=0.0, step_s=5e-
     return np.array(angles)
 
 
-def predicted(*specs):
+def predicted(*specs: str) -> Floats:
     return predict(ROBOT, specs, T, COMMAND, quantise=False, body=False).joint_angle_rad
 
 
 NOMINAL = predicted()
 
 
-def agree(found, other, rest):
+def agree(found: Floats, other: Floats, rest: float) -> None:
     """The gap to the nominal motion is the same but for a ``rest`` of its size."""
     gap = np.sqrt(np.mean((other - NOMINAL) ** 2))
     assert gap > 0.01
@@ -55,16 +65,16 @@ def agree(found, other, rest):
 
 
 @pytest.mark.parametrize("limit_nm", [0.2, 0.4])
-def test_torque_limit(limit_nm):
+def test_torque_limit(limit_nm: float) -> None:
     agree(predicted(f"torque_limit:limit_nm={limit_nm}"), torque_servos(60.0, 1.5, limit=limit_nm), 0.15)
 
 
-def test_compliance():
+def test_compliance() -> None:
     damping = 2 * 0.3 * np.sqrt(5.0 * felt_inertia_kg_m2(MODEL))
     agree(predicted("compliance:stiffness_nm_rad=5"), torque_servos(5.0, damping), 0.2)
 
 
-def test_joint_friction():
+def test_joint_friction() -> None:
     damping = 2 * 0.3 * np.sqrt(8.0 * felt_inertia_kg_m2(MODEL))
     found = predicted("joint_friction:coulomb_nm=0.25,stiffness_nm_rad=8")
     agree(found, torque_servos(8.0, damping, coulomb=0.25), 0.2)
@@ -79,31 +89,31 @@ def test_joint_friction():
         "voltage_sag:initial_rad_s=50,drop_per_s=0,drop_per_nm=0.01",
     ],
 )
-def test_at_the_end_of_their_range_load_effects_do_nothing(spec):
+def test_at_the_end_of_their_range_load_effects_do_nothing(spec: str) -> None:
     assert np.sqrt(np.mean((predicted(spec) - NOMINAL) ** 2)) < ROBOT.rad_per_count
 
 
-def test_one_weak_joint_does_not_pull_the_others_along():
+def test_one_weak_joint_does_not_pull_the_others_along() -> None:
     gap = np.abs(predicted("torque_limit:limit_nm=0.2,joints=3") - NOMINAL).max(axis=0)
     assert gap[2] > 0.1
     assert np.all(gap[[0, 1, 3, 4]] < 1e-9)
 
 
-def test_load_depends_on_the_ground():
+def test_load_depends_on_the_ground() -> None:
     ice = predicted("torque_limit:limit_nm=0.3", "ground_friction:cn_scale=0.05,cn0_scale=0.05")
     ground = predicted("torque_limit:limit_nm=0.3")
     assert np.abs(ground - NOMINAL).max() > 5 * np.abs(ice - NOMINAL).max()
 
 
 @pytest.mark.parametrize("spec", ["torque_limit:limit_nm=0.1", "compliance:stiffness_nm_rad=0.3"])
-def test_far_out_of_use_nothing_blows_up(spec):
+def test_far_out_of_use_nothing_blows_up(spec: str) -> None:
     found = predicted(spec, "joint_friction:coulomb_nm=1,stiffness_nm_rad=3,joints=2")
     assert np.all(np.isfinite(found))
     assert np.abs(found).max() < 20
 
 
-def test_felt_inertia_of_two_links():
+def test_felt_inertia_of_two_links() -> None:
     """At relative rate 1 two equal rods turn by -1/2 and 1/2, their centres stay in place: 2 J / 4 = m l^2 / 6."""
-    body = ROBOT.body.model_copy(update={"links": 2})
-    expected = body.link_mass_kg * body.half_length_m**2 / 6
+    body = BODY.model_copy(update={"links": 2})
+    expected = MODEL.mass[0] * MODEL.half_length[0] ** 2 / 6
     assert felt_inertia_kg_m2(ChainModel.from_body(body)) == pytest.approx([expected])

@@ -1,5 +1,6 @@
 """The effects on recordings of a real hobby servo: do they hold what they promise on motions that were not fitted?"""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,9 +8,10 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
+from snakebot.arrays import Floats
 from snakebot.effects import EffectSpec, Observed, find_effect, with_unit_arm
 from snakebot.effects.prediction import predict
-from snakebot.robot import robot_from_mapping
+from snakebot.robot import Robot, robot_from_mapping
 
 RECORDINGS = Path(__file__).resolve().parents[3] / "shared" / "realdata" / "pwm_servo_pendulum"
 pytestmark = pytest.mark.skipif(
@@ -26,31 +28,32 @@ class Run:
     measured_rad: np.ndarray
 
 
-def recordings(folder):
+def recordings(folder: str) -> Iterator[Run]:
     for path in sorted((RECORDINGS / folder).glob("*.csv")):
         table = np.genfromtxt(path, delimiter=",", names=True)
         yield Run(table["t_s"], table["cmd_1_rad"][:, None], table["enc_1_rad"][:, None])
 
 
-def residual(robot, specs, runs):
+def residual(robot: Robot, specs: Sequence[EffectSpec], runs: Sequence[Run]) -> Floats:
     rows = []
     for run in runs:
-        options = {"measured_rad": run.measured_rad, "body": False, "quantise": False}
-        found = predict(robot, specs, run.t_s, run.command_rad, **options)
+        found = predict(
+            robot, specs, run.t_s, run.command_rad, measured_rad=run.measured_rad, body=False, quantise=False
+        )
         use = np.isfinite(run.command_rad) & np.isfinite(run.measured_rad)
         rows.append((found.encoder_rad - run.measured_rad)[use])
     return np.concatenate(rows)
 
 
-def held_out_deg(robot, names, runs):
+def held_out_deg(robot: Robot, names: Sequence[str], runs: Sequence[Run]) -> float:
     """Fit on every fourth recording from the effects' own starts, and score on every fourth but one."""
     observed = Observed(robot, runs)
     starts = {name: find_effect(name).starts(observed, (0,))[0] for name in names}
     slots = [(name, p) for name in names for p in find_effect(name).parameters if p.fitted]
     x0 = np.array([starts[name][p.name] for name, p in slots])
 
-    def specs(x):
-        values = {name: {} for name in names}
+    def specs(x: Floats) -> list[EffectSpec]:
+        values: dict[str, dict[str, float]] = {name: {} for name in names}
         for (name, p), share, start in zip(slots, x, x0, strict=True):
             values[name][p.name] = p.clip(share * start)
         return [EffectSpec(name, found) for name, found in values.items()]
@@ -63,17 +66,17 @@ def held_out_deg(robot, names, runs):
         loss="soft_l1",
         f_scale=0.05,
     )
-    return np.degrees(np.sqrt(np.mean(residual(robot, specs(fit.x), runs[1::4]) ** 2)))
+    return float(np.degrees(np.sqrt(np.mean(residual(robot, specs(fit.x), runs[1::4]) ** 2))))
 
 
-def test_bare_arm_is_a_rate_limit_and_a_lag():
+def test_bare_arm_is_a_rate_limit_and_a_lag() -> None:
     runs = list(recordings("without_weight"))
     assert held_out_deg(BENCH, ["second_order", "rate_limit"], runs) < 5.5
     assert held_out_deg(BENCH, ["rate_limit", "command_delay"], runs) < 5.5
     assert held_out_deg(BENCH, ["command_delay"], runs) > 20
 
 
-def test_weight_is_a_load_dependent_rate():
+def test_weight_is_a_load_dependent_rate() -> None:
     """The drop tests tell where down is; with that, a line of speed over torque explains what a limit does not."""
     runs = list(recordings("with_weight"))
     down = Observed(BENCH, runs).hangs_at_rad

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
+from snakebot.arrays import Floats
 from snakebot.effects import assemble, predict
+from snakebot.effects.prediction import PredictedRun
 from snakebot.physics import ChainModel
 from snakebot.physics import servo_layout as layout
-from snakebot.physics.servo_chain import DrivenChain
+from snakebot.physics.servo_chain import DrivenChain, Samples
 from snakebot.robot import load_robot
 
 ROBOT = load_robot("penn_state")
+assert ROBOT.body is not None
 MODEL = ChainModel.from_body(ROBOT.body)
 OMEGA = 4.0
 PERIOD_S = 2 * math.pi / OMEGA
@@ -29,20 +34,22 @@ LIMIT = "torque_limit:limit_nm=0.3"
 SHAPE = "second_order:natural_freq_rad_s=30,damping_ratio=0.8"
 
 
-def predicted(*specs):
+def predicted(*specs: str) -> PredictedRun:
     return predict(ROBOT, specs, T, COMMAND, quantise=False)
 
 
-def speed(*specs):
-    return predicted(*specs).motion.forward_speed_m_s(T[-1] - AVERAGED * PERIOD_S)
+def speed(*specs: str) -> float:
+    motion = predicted(*specs).motion
+    assert motion is not None
+    return motion.forward_speed_m_s(T[-1] - AVERAGED * PERIOD_S)
 
 
-def error(*specs):
+def error(*specs: str) -> float:
     late = T[-1] - AVERAGED * PERIOD_S < T
     return math.sqrt(np.mean((predicted(*specs).joint_angle_rad - COMMAND)[late] ** 2))
 
 
-def driven(change, sample_s=2e-3):
+def driven(change: Callable[[Floats], None], sample_s: float = 2e-3) -> tuple[Floats, Samples]:
     """Angles and torques of the chain, with the servos' rows changed."""
     rows = assemble(ROBOT).servo_rows.copy()
     change(rows)
@@ -52,32 +59,32 @@ def driven(change, sample_s=2e-3):
 
 
 @pytest.mark.parametrize("shape", [(), (SHAPE,)])
-def test_a_limit_far_above_the_line_changes_nothing(shape):
+def test_a_limit_far_above_the_line_changes_nothing(shape: tuple[str, ...]) -> None:
     alone = predicted(LINE, *shape).joint_angle_rad
     assert np.abs(alone - predicted(*shape).joint_angle_rad).max() > 0.1
     assert np.array_equal(predicted(LINE, "torque_limit:limit_nm=500", *shape).joint_angle_rad, alone)
 
 
 @pytest.mark.parametrize("shape", [(), (SHAPE,)])
-def test_a_line_far_above_the_limit_changes_nothing(shape):
+def test_a_line_far_above_the_limit_changes_nothing(shape: tuple[str, ...]) -> None:
     alone = predicted(LIMIT, *shape).joint_angle_rad
     line = "torque_speed:no_load_rad_s=50,stall_nm=500"
     assert np.array_equal(predicted(LIMIT, line, *shape).joint_angle_rad, alone)
 
 
-def test_a_line_that_does_not_fall_is_a_limit():
-    def line(rows):
+def test_a_line_that_does_not_fall_is_a_limit() -> None:
+    def line(rows: Floats) -> None:
         rows[:, layout.RATE_LIMIT_RAD_S] = 1e9
         rows[:, layout.RATE_DROP_PER_NM] = 1 / 0.3
 
-    def limit(rows):
+    def limit(rows: Floats) -> None:
         rows[:, layout.TORQUE_LIMIT_NM] = 0.3
 
     assert np.abs(driven(line)[1].angle - driven(limit)[1].angle).max() < 1e-5
 
 
 @pytest.mark.parametrize("shape", [(), (SHAPE,)])
-def test_a_stronger_or_faster_motor_follows_better(shape):
+def test_a_stronger_or_faster_motor_follows_better(shape: tuple[str, ...]) -> None:
     by_stall = [error(f"torque_speed:no_load_rad_s=6,stall_nm={stall}", *shape) for stall in (0.3, 0.5, 1, 5)]
     by_speed = [
         error(f"torque_speed:no_load_rad_s={no_load},stall_nm=0.4", *shape) for no_load in (3, 6, 12, 50)
@@ -86,7 +93,7 @@ def test_a_stronger_or_faster_motor_follows_better(shape):
     assert np.all(np.diff(by_speed) < 0)
 
 
-def test_the_loop_keeps_its_shape_within_the_torque():
+def test_the_loop_keeps_its_shape_within_the_torque() -> None:
     """A second-order loop about as late as the nominal lag falls as far short as that, behind the same motor."""
     same_lag = "second_order:natural_freq_rad_s=60,damping_ratio=0.9"  # 2 zeta / omega_n = 30 ms
     assert speed(same_lag) == pytest.approx(speed(), rel=0.01)
@@ -94,10 +101,10 @@ def test_the_loop_keeps_its_shape_within_the_torque():
     assert speed(LINE, same_lag) == pytest.approx(speed(LINE), rel=0.02)
 
 
-def test_no_motor_gives_more_than_its_line():
+def test_no_motor_gives_more_than_its_line() -> None:
     stall, no_load, limit = 0.4, 6.0, 0.35
 
-    def motor(rows):
+    def motor(rows: Floats) -> None:
         rows[:, layout.RATE_LIMIT_RAD_S] = no_load
         rows[:, layout.RATE_DROP_PER_NM] = 1 / stall
         rows[:, layout.TORQUE_LIMIT_NM] = limit
@@ -114,7 +121,7 @@ def test_no_motor_gives_more_than_its_line():
     assert np.abs(torque).max() < 1.25 * limit
 
 
-def test_the_motor_does_not_shake_at_its_line():
+def test_the_motor_does_not_shake_at_its_line() -> None:
     """The joint's acceleration does not change its sign from sample to sample."""
     bend = np.diff(predicted(LINE).joint_angle_rad, n=2, axis=0)
     to_and_fro = (bend[1:] * bend[:-1] < 0) & (np.minimum(np.abs(bend[1:]), np.abs(bend[:-1])) > 1e-4)
@@ -130,7 +137,7 @@ def test_the_motor_does_not_shake_at_its_line():
         {"stall_nm": 0.4, "no_load_rad_s": 6.0, "limit_nm": 0.3},
     ],
 )
-def test_as_in_mujoco(motor):
+def test_as_in_mujoco(motor: dict[str, Any]) -> None:
     """Another engine, another servo: a spring and a damper to the lagging gait, cut off at what the motor has."""
     pytest.importorskip("mujoco")
     from physics_peers import MujocoChain

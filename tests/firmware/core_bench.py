@@ -10,9 +10,11 @@ from typing import Any
 from firmware_protocol.frame import Frame
 from firmware_protocol.framing import StreamDecoder, pack_all
 from snakebot.clock import VirtualClock
+from snakebot.conformance import ViolationError
 from snakebot.links.base import Link
 
 _WIRE = 65536
+_MOST_TURNS = 50  # at one moment: what is due is done in some
 
 
 class CoreBench:
@@ -28,6 +30,7 @@ class CoreBench:
         limits: tuple[float, float, float] = (math.radians(95.0), 8.0, 60.0),
         counts_per_rev: int = 8192,
         time_constant_s: float = 0.0,
+        simulated: bool = True,
     ) -> None:
         self.library = library
         self.joints = joints
@@ -38,14 +41,18 @@ class CoreBench:
         library.simulated_joints_target.restype = ctypes.c_float
         library.bench_new(
             joints, seed, ctypes.c_uint32(start_us), *(ctypes.c_float(limit) for limit in limits),
-            counts_per_rev, ctypes.c_float(time_constant_s),
+            counts_per_rev, ctypes.c_float(time_constant_s), simulated,
         )  # fmt: skip
 
     def step(self, t_s: float) -> None:
         """Bring the board to a time: each timer runs when it is due."""
         until_us = max(round(t_s * 1e6), self._time_us)
         self.library.bench_step()
+        turns = 0
         while (idle_us := self.library.bench_idle_us()) <= until_us - self._time_us:
+            turns = 0 if idle_us else turns + 1
+            if turns > _MOST_TURNS:
+                raise ViolationError(f"at {self._time_us} us the board always has something to do")
             self._at(self._time_us + idle_us)
             self.library.bench_step()
         self._at(until_us)
@@ -80,6 +87,40 @@ class CoreBench:
     def reset(self) -> None:
         self.library.bench_reset()
 
+    def reset_at(self, start_us: int) -> None:
+        """Switch it off and on; its clock goes on from there."""
+        self._start_us = (start_us - self._time_us) & 0xFFFFFFFF
+        self._at(self._time_us)
+        self.library.bench_reset()
+
+    def lose_encoder(self, joint: int, lost: bool) -> None:
+        """The encoder of a joint (from 1) gives no reading, or gives one again."""
+        self.library.simulated_joints_encoder_lost(joint - 1, lost)
+
+    def fail(self, code: int, joint: int, detail: int) -> None:
+        """A fault of the hardware from now on; code 0 ends it."""
+        self.library.simulated_joints_fault(int(code), joint, ctypes.c_int16(detail))
+
+    def store_trim(self, joint: int, steps: int) -> None:
+        """What is stored of a joint's trim (from 1), in steps of the wire: read at the next reset."""
+        self.library.bench_store_trim(joint - 1, ctypes.c_int16(steps))
+
+    def draw(self, numbers: Sequence[int]) -> None:
+        """What the random source gives next."""
+        for number in reversed(numbers):
+            self.library.bench_draw(ctypes.c_uint32(number))
+
+    def limit(self, joint: int, limits: Sequence[float]) -> None:
+        """Built-in limits of a joint (from 1): angle, speed, acceleration; from the next reset on."""
+        self.library.bench_limits(joint - 1, *(ctypes.c_float(limit) for limit in limits))
+
+    def supply(self, measured: tuple[int, int, int] | None) -> None:
+        """What the supply's sensors measure (mV, mA, tenths of a degree); None: there are none."""
+        volts, amperes, degrees = measured or (0, 0, 0)
+        self.library.simulated_joints_supply(
+            measured is not None, volts, ctypes.c_int16(amperes), ctypes.c_int16(degrees)
+        )
+
     def place(self, joint: int, angle_rad: float) -> None:
         """Turn a joint (from 1) by hand."""
         self.library.simulated_joints_place(joint - 1, ctypes.c_float(angle_rad))
@@ -93,7 +134,7 @@ class CoreLink(Link):
     """A host's end of the wire to a C board in this process."""
 
     def __init__(self, bench: CoreBench, clock: VirtualClock, *, can: bool = False) -> None:
-        super().__init__("core:can" if can else "core:serial")
+        super().__init__("core:can" if can else "core:serial", math.inf)
         self.bench = bench
         self.clock = clock
         self._can = can

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import itertools
 import math
+from dataclasses import astuple
 from typing import Any
 
 import pytest
@@ -15,6 +17,7 @@ from firmware_protocol.catalogue import (
     Acknowledge,
     Applied,
     BoardHeartbeat,
+    ClearRequest,
     Counters,
     EmergencyStop,
     Fault,
@@ -65,6 +68,12 @@ class Hands:
         (answer,) = (m for m in self.say(ModeRequest(1, mode, HOST)) if isinstance(m, Acknowledge))
         return answer.result
 
+    def clear(self) -> Result:
+        """Clear the latch that the board reports with its next heartbeat."""
+        number = kinds(self.pass_time(0.11), FaultEvent)[-1].number
+        (answer,) = (m for m in self.say(ClearRequest(2, number, HOST)) if isinstance(m, Acknowledge))
+        return answer.result
+
     def mode(self) -> Mode:
         return Mode(self.library.bench_mode())
 
@@ -94,16 +103,19 @@ def test_a_hardware_fault_freezes_then_relaxes(bench_library: Any, code: Fault) 
     hands.pass_time(2.001)
     assert not any(hands.powered())
     hands.fault(Fault.NONE)
-    assert hands.go(Mode.DISARMED) is Result.OK
+    assert hands.clear() is Result.OK
 
 
-def test_a_hardware_fault_of_a_disarmed_board_has_nothing_to_freeze(bench_library: Any) -> None:
+def test_a_hardware_fault_of_a_disarmed_board_keeps_it_without_power(bench_library: Any) -> None:
     hands = Hands(bench_library)
     hands.fault(Fault.OVERTEMPERATURE)
     assert hands.mode() is Mode.DISARMED
-    assert hands.go(Mode.ARMED) is Result.OK
+    assert hands.go(Mode.ARMED) is Result.FAULTY
     hands.pass_time(0.0)
-    assert hands.mode() is Mode.FAULT, "it still is too hot"
+    assert hands.mode() is Mode.DISARMED
+    assert not any(hands.powered()), "it still is too hot"
+    hands.fault(Fault.NONE)
+    assert hands.go(Mode.ARMED) is Result.OK
 
 
 @pytest.mark.parametrize("mode", [Mode.DISARMED, Mode.ARMED, Mode.HOLDING])
@@ -116,13 +128,37 @@ def test_the_button_stops_from_any_mode_and_as_long_as_it_is_pressed(bench_libra
     assert event.code is Fault.EMERGENCY_STOP
     assert hands.mode() is Mode.STOPPED
     assert not any(hands.powered())
-    hands.go(Mode.DISARMED)
+    assert hands.clear() is Result.OK
     hands.pass_time(0.0)
     assert hands.mode() is Mode.STOPPED
     hands.fault(Fault.NONE)
-    hands.go(Mode.DISARMED)
+    assert hands.clear() is Result.OK
     hands.pass_time(0.0)
     assert hands.mode() is Mode.DISARMED
+
+
+def test_pressing_the_button_again_is_a_stop_of_its_own(bench_library: Any) -> None:
+    hands = Hands(bench_library)
+    (first,) = kinds(hands.fault(Fault.EMERGENCY_STOP), FaultEvent)
+    hands.fault(Fault.NONE)
+    (second,) = kinds(hands.fault(Fault.EMERGENCY_STOP), FaultEvent)
+    assert (second.number, second.board_time_us) == (first.number + 1, first.board_time_us)
+    hands.fault(Fault.NONE)
+    hands.say(ClearRequest(3, first.number, HOST))
+    assert hands.mode() is Mode.STOPPED
+
+
+def test_a_stored_trim_that_no_request_can_set_is_none(bench_library: Any) -> None:
+    hands = Hands(bench_library)
+    hands.say(TrimRequest(1, 1, 0.3, HOST), TrimRequest(2, 2, -0.3, HOST))
+    bench_library.bench_stored_trim.restype = ctypes.c_int16
+    assert [bench_library.bench_stored_trim(joint) for joint in (0, 1)] == [3000, -3000]
+    for joint, steps in ((0, 3001), (2, -32768)):
+        bench_library.bench_store_trim(joint, ctypes.c_int16(steps))
+    hands.core.reset()
+    hands.go(Mode.ARMED)
+    for joint, trim_rad in ((1, 0.0), (2, -0.3), (3, 0.0)):
+        assert hands.core.target_rad(joint) == pytest.approx(trim_rad, abs=1e-5)
 
 
 def test_supplies_are_reported_once_a_second_where_they_are_measured(bench_library: Any) -> None:
@@ -130,9 +166,7 @@ def test_supplies_are_reported_once_a_second_where_they_are_measured(bench_libra
     assert not kinds(hands.pass_time(2.0), Supply)
     bench_library.simulated_joints_supply(True, 7412, -350, 251)
     said = hands.pass_time(2.0)
-    assert (
-        kinds(said, Supply) == [Supply(pytest.approx(7.412), pytest.approx(-0.35), pytest.approx(25.1))] * 2
-    )
+    assert [astuple(supply) for supply in kinds(said, Supply)] == [pytest.approx((7.412, -0.35, 25.1))] * 2
     assert [m.joint for m in kinds(said, JointSupply)] == [1, 2, 3, 4, 5] * 2
 
 

@@ -52,6 +52,8 @@ def test_enumerations_are_the_named_values(name: str) -> None:
 def test_units_in_names_are_the_units_of_the_dbc(name: str) -> None:
     suffixes = {
         "rad": "rad",
+        "rad_s": "rad/s",
+        "rad_s2": "rad/s2",
         "s": "s",
         "us": "us",
         "ms": "ms",
@@ -62,7 +64,7 @@ def test_units_in_names_are_the_units_of_the_dbc(name: str) -> None:
         "c": "degC",
     }
     for signal in database().get_message_by_name(name).signals:
-        found = re.search(r"_(rad|m_s|us|ms|s|m|v|a|c)$", signal.name)
+        found = re.search(r"_(rad_s2|rad_s|rad|m_s|us|ms|s|m|v|a|c)$", signal.name)
         if found:
             assert signal.unit == suffixes[found[1]]
         elif signal.name.endswith("_counts"):
@@ -94,7 +96,16 @@ def test_priorities_are_as_documented() -> None:
         {"Setpoint", "Latch"},
         {"State", "Measured", "Applied"},
         {"HostHeartbeat", "BoardHeartbeat"},
-        {"ModeRequest", "JointModeRequest", "LimitRequest", "TrimRequest", "ZeroRequest", "Acknowledge"},
+        {
+            "ModeRequest",
+            "JointModeRequest",
+            "LimitRequest",
+            "TrimRequest",
+            "ZeroRequest",
+            "ClearRequest",
+            "JointLimits",
+            "Acknowledge",
+        },
         {"Ping", "Pong", "InfoRequest", "InfoProtocol", "InfoFirmware", "InfoSerial"},
         {"Supply", "JointSupply", "Counters", "PosePosition", "PoseMotion"},
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import struct
 import zlib
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -31,8 +32,8 @@ def raw(angles: tuple[float, ...] | list[float]) -> list[int]:
     return [round(angle / ANGLE_STEP_RAD) for angle in angles]
 
 
-def through_wire(messages: list[object]) -> list[object]:
-    return [decode(encode(message)) for message in messages]  # type: ignore[arg-type]
+def through_wire(messages: list[Any]) -> list[Any]:
+    return [decode(encode(message)) for message in messages]
 
 
 @given(
@@ -45,7 +46,7 @@ def test_a_whole_tick_is_released_in_any_order_of_its_frames(
     assert len(messages) == groups(len(angles)) + 1
     order.shuffle(messages)
     assembler = SetpointAssembler(len(angles))
-    results = [assembler.add(message) for message in messages]  # type: ignore[arg-type]
+    results = [assembler.add(message) for message in messages]
     assert results[:-1] == [None] * (len(messages) - 1)
     assert results[-1] is not None
     latch, released = results[-1]
@@ -55,14 +56,14 @@ def test_a_whole_tick_is_released_in_any_order_of_its_frames(
 
 
 @st.composite
-def disturbed_ticks(draw: st.DrawFn) -> tuple[int, dict[int, list[int]], list[object]]:
+def disturbed_ticks(draw: st.DrawFn) -> tuple[int, dict[int, list[int]], list[Any]]:
     """Ticks in order, and their frames as a bad wire delivers them: lost, doubled, swapped with what is near."""
     joints = draw(JOINTS)
     start = draw(st.integers(0, 0xFFFF))
     steps = draw(st.lists(st.sampled_from([1, 1, 1, 2, 4096, 4095, 4097]), min_size=1, max_size=8))
     noise = draw(st.randoms(use_true_random=False))
     sent: dict[int, list[int]] = {}
-    frames: list[object] = []
+    frames: list[Any] = []
     sequence = start
     for step in steps:
         sequence = (sequence + step) & 0xFFFF
@@ -80,12 +81,12 @@ def disturbed_ticks(draw: st.DrawFn) -> tuple[int, dict[int, list[int]], list[ob
 @settings(max_examples=150, deadline=None)
 @given(disturbed_ticks())
 def test_nothing_but_a_tick_that_was_sent_is_ever_released(
-    case: tuple[int, dict[int, list[int]], list[object]],
+    case: tuple[int, dict[int, list[int]], list[Any]],
 ) -> None:
     joints, sent, frames = case
     assembler = SetpointAssembler(joints)
     for frame in through_wire(frames):
-        result = assembler.add(frame)  # type: ignore[arg-type]
+        result = assembler.add(frame)
         if result is not None:
             latch, angles = result
             assert raw(angles) == sent[latch.sequence]
@@ -199,7 +200,7 @@ def test_a_whole_sample_is_released_in_any_order(
     messages = through_wire(sample_messages(state, counts, applied))
     order.shuffle(messages)
     assembler = SampleAssembler(len(counts))
-    *before, sample = [assembler.add(message) for message in messages]  # type: ignore[arg-type]
+    *before, sample = [assembler.add(message) for message in messages]
     assert before == [None] * (len(messages) - 1)
     assert sample is not None
     assert sample.state == state

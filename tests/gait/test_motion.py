@@ -11,9 +11,19 @@ from hypothesis import strategies as st
 from limit_windows import nearest_to_limits
 
 from snakebot.errors import BadInputError
-from snakebot.gait import Gait, GaitMotion, Motion, SampledMotion, SlewLimiter, check_motion, load_gait
+from snakebot.gait import (
+    Gait,
+    GaitMotion,
+    Motion,
+    ProbeMotion,
+    SampledMotion,
+    SlewLimiter,
+    check_motion,
+    load_gait,
+    parse_probe,
+)
 from snakebot.gait.limits import CREDIT_SLACK_S, WIRE_STEP_RAD
-from snakebot.robot import Robot, load_robot
+from snakebot.robot import Limits, Robot, load_robot
 
 JOINTS = 5
 
@@ -260,3 +270,61 @@ def test_a_joint_that_was_left_behind_catches_up_with_a_moving_target(rate: floa
         if k > 2.5 * rate:
             late += result[1]
     assert late == 0
+
+
+class Drawn(Motion):
+    """A motion drawn point by point: whatever a fault of ours, or of a file's numbers, could make of one."""
+
+    def __init__(self, angles_rad: list[float]) -> None:
+        self.joints, self.duration_s = JOINTS, 1.0
+        self._angles_rad = angles_rad
+
+    def angles(self, t_s: float) -> list[float]:
+        row = [0.0] * JOINTS
+        row[2] = self._angles_rad[int(max(t_s, 0.0) * 100) % len(self._angles_rad)]
+        return row
+
+    def ended(self, t_s: float) -> Motion:
+        return self
+
+
+@pytest.mark.parametrize(
+    ("angles_rad", "word"),
+    [
+        ([0.0, math.nan], "angle"),
+        ([math.nan], "angle"),
+        ([0.0] * 50 + [math.inf], "angle"),
+        ([-math.inf], "angle"),
+    ],
+)
+def test_a_motion_with_a_sample_that_is_no_number_is_refused(
+    robot: Robot, angles_rad: list[float], word: str
+) -> None:
+    with pytest.raises(BadInputError, match=f"joint 3: the motion's {word} is no finite number at"):
+        check_motion(Drawn(angles_rad), robot)
+
+
+def test_speeds_beyond_a_float_are_refused() -> None:
+    wide = load_robot("penn_state").model_copy(
+        update={"limits": Limits(angle_deg=1.7e308, speed_rad_s=1e308, acceleration_rad_s2=1e308)}
+    )
+    with pytest.raises(BadInputError, match=r"joint 3: the motion's speed is no finite number"):
+        check_motion(Drawn([0.0, 2e306]), wide)
+    with pytest.raises(BadInputError, match=r"joint 3: the motion's acceleration is no finite number"):
+        check_motion(Drawn([0.0, 1e305]), wide)
+
+
+@pytest.mark.parametrize("omega_rad_s", [2 * math.pi / 0.002, 1e5, 1e300, 1e308])
+@pytest.mark.parametrize("alpha_deg", [0.0, 20.0])
+def test_a_wave_that_the_check_cannot_resolve_is_refused(
+    robot: Robot, omega_rad_s: float, alpha_deg: float
+) -> None:
+    """At 500 Hz every sample of the check sees the same angle: it would stand still."""
+    with pytest.raises(BadInputError, match=r"the motion swings at .* lower --omega"):
+        check_motion(GaitMotion(Gait.from_degrees(alpha_deg, 80, omega_rad_s), JOINTS, 5, 1), robot)
+    slow = GaitMotion(Gait.from_degrees(20, 80, 2), JOINTS, 20, 1)
+    with pytest.raises(BadInputError, match="swings at"):
+        check_motion(slow.changed(5.0, Gait.from_degrees(20, 80, omega_rad_s), 1.0), robot)
+    with pytest.raises(BadInputError, match="lower omega_rad_s of --probe"):
+        probe = parse_probe(f"sine:amplitude_deg=10,omega_rad_s=1+{omega_rad_s!r}")
+        check_motion(ProbeMotion(probe, JOINTS, 20, 1), robot)

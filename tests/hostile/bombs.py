@@ -212,6 +212,8 @@ def main() -> None:
             with contextlib.suppress(*DOCUMENTED):
                 PARSERS[kind](data)
     prepared = [bomb for bomb in bombs(wanted) if bomb[1] in wanted]
+    gc.collect()
+    gc.freeze()  # what is loaded once is not looked through again for each bomb
     address_space = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (address_space + 4 * (BOUND_MIB << 20),) * 2)
     for name, kind, data in prepared:

@@ -18,15 +18,25 @@ import zlib
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 from unittest import mock
 
 import numpy as np
+from foreign_recordings import RECORDINGS
 
 from firmware_protocol.catalogue import codecs_of, decode, encode
 from firmware_protocol.dbc import layout_of, read_dbc
 from firmware_protocol.frame import Frame, ProtocolError
 from firmware_protocol.framing import StreamDecoder, pack_all, unpack
 from snakebot.errors import SnakebotError
+from snakebot.servobus.dynamixel import Dynamixel, fast_pieces
+from snakebot.servobus.feetech import Feetech
+from snakebot.servobus.packets import Dialect
+
+if TYPE_CHECKING:
+    from snakebot.robot import Robot
+    from snakebot.runlog.number_table import NumberTable
+    from snakebot.runlog.run import Run
 
 DOCUMENTED = (SnakebotError, ProtocolError)
 FOLDER_VARIABLE = "SNAKEBOT_FUZZ_FOLDER"
@@ -87,6 +97,27 @@ def slcan(data: bytes) -> None:
         assert len(heard.data) <= 8
 
 
+def _servo_bus(dialect: Dialect, data: bytes) -> None:
+    """Both directions; whatever is heard would be said the same way, and no more is kept than one packet."""
+    for decoder in (dialect.answers(64), dialect.instructions()):
+        for heard in decoder.feed(data):
+            assert 0 <= heard.id <= 0xFE
+            assert len(heard.parameters) <= decoder.longest
+        assert decoder.pending <= decoder.longest
+        decoder.reset()
+        assert decoder.feed(dialect.answer(7, 0, b"\x01\x02")), "a good packet after noise"
+
+
+def feetech(data: bytes) -> None:
+    _servo_bus(Feetech(), data)
+
+
+def dynamixel(data: bytes) -> None:
+    _servo_bus(Dynamixel(), data)
+    for heard in Dynamixel().answers(1024).feed(data):
+        fast_pieces(heard.parameters, 4)
+
+
 def dbc(data: bytes) -> None:
     read = read_dbc(data.decode("utf-8", "replace"))
     for message in read.messages:
@@ -113,10 +144,32 @@ def fault(data: bytes) -> None:
 
 
 @cache
-def _penn_state():
+def _penn_state() -> Robot:
     from snakebot.robot import load_robot
 
     return load_robot("penn_state")
+
+
+def course(data: bytes) -> None:
+    """``--line``."""
+    from snakebot.steering import parse_line
+
+    assert parse_line(_text(data)).through_m is not None
+
+
+def pose(data: bytes) -> None:
+    """What a tracker sends: whatever it is, a pose or nothing."""
+    from snakebot.steering.pose_line import parse_pose
+
+    found = parse_pose(data)
+    assert found is None or np.isfinite(found).all()
+
+
+def pose_source(data: bytes) -> None:
+    """``--pose``."""
+    from snakebot.steering.pose_udp import parse_pose_source
+
+    assert 0 < parse_pose_source(_text(data)).port < 1 << 16
 
 
 def column_map(data: bytes) -> None:
@@ -204,32 +257,32 @@ def effect_set(data: bytes) -> None:
 # --- runs
 
 
-def _check_run(run) -> None:
+def _check_run(run: Run) -> None:
     assert np.isfinite(run.t_s).all()
     assert (np.diff(run.t_s) > 0).all()
     assert not np.isinf(run.command_rad).any()
     assert not np.isinf(run.measured_rad).any()
 
 
-def _no_infinity(table) -> None:
+def _no_infinity(table: NumberTable) -> None:
     for values in table.columns.values():
         assert not np.isinf(values).any()
 
 
 def csv(data: bytes) -> None:
-    from snakebot.runlog.table import read_table
+    from snakebot.runlog.number_table import read_table
 
     _no_infinity(read_table(_file("run.csv", data)))
 
 
 def csv_gz(data: bytes) -> None:
-    from snakebot.runlog.table import read_table
+    from snakebot.runlog.number_table import read_table
 
     _no_infinity(read_table(_file("run.csv.gz", data)))
 
 
 def parquet(data: bytes) -> None:
-    from snakebot.runlog.table import read_table
+    from snakebot.runlog.number_table import read_table
 
     _no_infinity(read_table(_file("run.parquet", data)))
 
@@ -296,7 +349,7 @@ def _declarations() -> tuple[bytes, bytes]:
     for channel in channels.CHANNELS:
         Schema(channel.id, b"{}", "jsonschema", channel.schema_name).write(declared)
         Channel(channel.id, channel.topic, "json", {}, channel.id).write(declared)
-    return head.end(), declared.end()
+    return bytes(head.end()), bytes(declared.end())
 
 
 def log_records(data: bytes) -> None:
@@ -343,11 +396,19 @@ def log_index(data: bytes) -> None:
     assert np.isfinite(found.duration_s)
 
 
+def _recording(name: str) -> Parser:
+    def parse(data: bytes) -> None:
+        RECORDINGS[name](folder(), data)
+
+    return parse
+
+
 Parser = Callable[[bytes], None]
 PARSERS: dict[str, Parser] = {
     parser.__name__: parser
     for parser in (
-        port, stream, packet, frame, slcan, dbc, effect, fault, column_map, name, plug_in, robot, gait, effect_set,
+        port, stream, packet, frame, slcan, feetech, dynamixel, dbc,
+        effect, fault, course, pose, pose_source, column_map, name, plug_in, robot, gait, effect_set,
         csv, csv_gz, parquet, session, session_run, log, log_part, log_records, log_index,
     )
-}  # fmt: skip
+} | {name: _recording(name) for name in RECORDINGS}  # fmt: skip

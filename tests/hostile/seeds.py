@@ -9,11 +9,15 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
+from foreign_recordings import SOUND
 from parsers import SEPARATOR, folder
 
 from firmware_protocol.catalogue import dbc_text
 from firmware_protocol.frame import Frame
 from firmware_protocol.framing import pack_all
+from snakebot.servobus.dynamixel import Dynamixel, fast_answer
+from snakebot.servobus.feetech import Feetech
+from snakebot.servobus.packets import Dialect
 
 BENCH = b"joints: 1\nencoder_counts_per_rev: 4096\n"
 TICK = (
@@ -24,6 +28,10 @@ POSE = b'2{"t_s":0.5,"heading_rad":0.1,"speed_m_s":null,"pose":{"position":{"x":
 EVENT = b'3{"t_s":0,"level":2,"kind":"armed","message":"go","data":{"by":[1]}}'
 LINK = b'4{"t_s":0,"counters":{"sent":3}}'
 FRAME = b'5{"t_s":0,"direction":"sent","id":16,"data":"00ff"}'
+STEERED = (
+    b'7{"t_s":0,"x_m":0,"y_m":0.1,"heading_rad":0.3,"wanted_heading_rad":0,"heading_error_rad":0.3,"cross_track_m":null,'
+    b'"offset_rad":-0.1,"wanted_offset_rad":-0.2,"saturated":true,"stale":false}'
+)
 READINGS = b'6{"t_s":0,"supply_v":12.1,"current_1_a":0.2}'
 
 
@@ -31,7 +39,7 @@ READINGS = b'6{"t_s":0,"supply_v":12.1,"current_1_a":0.2}'
 def recorded() -> bytes:
     """A finished log of a few ticks, small enough to be damaged everywhere."""
     from snakebot.robot import robot_from_mapping
-    from snakebot.runlog import Event, LinkStatistics, Pose, RunWriter, Telemetry, Tick
+    from snakebot.runlog import Event, LinkRecord, PoseRecord, RunWriter, Telemetry, Tick
 
     one = np.zeros(1)
     with RunWriter(
@@ -44,9 +52,9 @@ def recorded() -> bytes:
                     applied_rad=one, measured_rad=one, board_time_us=count, latency_s=0.001, late=False,
                 )
             )  # fmt: skip
-        writer.pose(Pose(0.01, 0.1, 0.2, 0.3))
+        writer.pose(PoseRecord(0.01, 0.1, 0.2, 0.3))
         writer.event(Event(0.01, "armed", "go"))
-        writer.link_statistics(LinkStatistics(0.01, {"sent": 3}))
+        writer.link_statistics(LinkRecord(0.01, {"sent": 3}))
         writer.telemetry(Telemetry(0.01, {"supply_v": 12.0}))
     data = writer.path.read_bytes()
     writer.path.unlink()
@@ -107,6 +115,13 @@ def _dbcs() -> list[bytes]:
     return [f"{head}\n{values}\n".encode(), b'BO_ 1 A: 2 H\n SG_ a : 0|16@1- (0.1,2) [-9|9] "" B,C\n']
 
 
+def _bus(dialect: Dialect) -> bytes:
+    """A tick on a servo bus, in both directions."""
+    goals = {1: b"\x00\x08\x00\x00", 2: b"\xff\xff\xfd\x00"}
+    asked = dialect.ping(1) + dialect.sync_write(42, goals) + dialect.sync_read([1, 2], 56, 4)
+    return asked + b"".join(dialect.answer(servo, 0, data) for servo, data in goals.items())
+
+
 WIRE = pack_all([Frame(16, bytes(range(8))), Frame(1, b""), Frame(0x7FF, b"\0\0")])
 TABLE = b"t_s,cmd_1_rad,enc_1_rad\n0,0.1,0.1\n0.01,0.2,nan\n0.02,,1e-3\n"
 POSED = b't_s,cmd_1_rad,enc_1_rad,applied_1_rad,x_m,y_m,heading_rad,"my, own"\n0,0,0,0,1,1,1,text\n'
@@ -122,6 +137,7 @@ _MADE: dict[str, Callable[[], list[bytes]]] = {
     "port": lambda: [
         b"sim:", b"serial:/dev/ttyUSB0?baud=1000000", b"can:slcan//dev/ttyACM0?bitrate=1000000", b"COM4",
         b"serial:socket://127.0.0.1:5555?logging=debug&dtr=0", b"can:udp_multicast/239.74.163.2",
+        b"feetech:/dev/ttyUSB0?baud=500000&ids=1-5,7",
     ],
     "stream": lambda: [WIRE],
     "packet": lambda: [part for part in WIRE.split(b"\0") if part],
@@ -129,12 +145,24 @@ _MADE: dict[str, Callable[[], list[bytes]]] = {
         b"\x10\0" + bytes(8), b"\x11\0" + bytes(2) + b"\1\1" + bytes(4), b"\1\0" + bytes(5),
         b"\x20\0" + bytes(8), b"\x21\0" + bytes(8),
     ],
+    "feetech": lambda: [_bus(Feetech()), Feetech().answer(3, 0, b"\xff\xff\x01\x02")],
+    "dynamixel": lambda: [
+        _bus(Dynamixel()),
+        Dynamixel().answer(3, 0x80, b"\xff\xff\xfd\x00"),
+        fast_answer([(1, 0, b"\1\2\3\4"), (2, 0x80, b"\xff\xff\xfd\x00")]),
+    ],
     "slcan": lambda: [b"t0108AABBCCDDEEFF0011\r", b"z\r\a", b"T0000001080\r", b"t01020102ABCD\r"],
     "dbc": _dbcs,
     "effect": lambda: [
         b"rate_limit:limit_rad_s=1.6,joints=3+4", b"command_delay:delay_s=0.05", b"slope:angle_deg=1e+0"
     ],
     "fault": lambda: [b"free:3", b"rigid:4+5@12s", b"rigid:2=-30.5", b"clear@20s"],
+    "course": lambda: [b"y=0", b"x=-1.5@-90", b"0.5,1@30"],
+    "pose": lambda: [
+        b'{"t": 12.5, "x": 0.25, "y": -0.03, "heading": 0.17}',
+        b'{"t":1,"x":2e0,"y":3,"heading":-4,"tag":7}',
+    ],
+    "pose_source": lambda: [b"udp://127.0.0.1:9000", b"udp://:9000", b"udp://[::1]:1"],
     "column_map": lambda: [b"cmd_*_rad=servo_#:deg\nt_s=time:ms", b"enc_1_rad=-pos:counts\nsupply_v=u:mV"],
     "name": lambda: [b"penn_state", b"gentle", b"configs/robots/penn_state.yaml", b"rate_limit:limit_rad_s=2"],
     "plug_in": lambda: [ENTRIES],
@@ -149,10 +177,11 @@ _MADE: dict[str, Callable[[], list[bytes]]] = {
     "log": lambda: [recorded()],
     "log_part": lambda: [unfinished()],
     "log_records": lambda: [
-        SEPARATOR.join([BENCH, GAIT, TICK % 0, TICK % 1, POSE, EVENT, LINK, FRAME, READINGS]),
+        SEPARATOR.join([BENCH, GAIT, TICK % 0, TICK % 1, POSE, EVENT, LINK, FRAME, READINGS, STEERED]),
         SEPARATOR.join([BENCH, b"", TICK % 0]),
     ],
     "log_index": lambda: [split_log()[1]],
+    **SOUND,
 }  # fmt: skip
 
 

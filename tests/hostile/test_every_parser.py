@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,21 @@ from firmware_protocol.frame import ProtocolError
 from snakebot.errors import BadInputError, SnakebotError
 from snakebot.robot import load_robot
 
-SLOW = ("parquet", "session", "session_run", "log", "log_part", "log_records", "log_index", "robot", "dbc")
+SLOW = (
+    "parquet",
+    "session",
+    "session_run",
+    "log",
+    "log_part",
+    "log_records",
+    "log_index",
+    "robot",
+    "dbc",
+    "lerobot_info",
+    "lerobot_data",
+    "bag_mcap",
+    "bag_sqlite",
+)
 
 
 def attempt(kind: str, data: bytes) -> str:
@@ -171,7 +186,7 @@ def test_an_error_is_one_line_that_a_terminal_may_be_given() -> None:
 
 
 def test_the_watch_sees_what_it_is_there_for(tmp_path: Path) -> None:
-    def trespasses():
+    def trespasses() -> Iterator[Callable[[], object]]:
         yield lambda: (tmp_path / "out").write_text("x")
         yield lambda: (tmp_path / "made").mkdir()
         yield lambda: __import__("os").system("true")
@@ -198,4 +213,6 @@ def test_parsers_write_nothing() -> None:
     assert names <= {
         "robot.yaml", "gait.yaml", "effects.yaml", "run.csv", "run.csv.gz", "run.parquet", "run.mcap", "run.mcap.part",
         "records.mcap.part", "indexed.mcap", "session", "session/session.yaml", "session/run_01.csv",
+        "foreign.txt", "bag.mcap", "bag.db3", "dataset", "dataset/meta", "dataset/meta/info.json", "dataset/data",
+        "dataset/data/chunk-000", "dataset/data/chunk-000/file-000.parquet",
     }  # fmt: skip

@@ -6,7 +6,6 @@ The page's own policy, which would forbid it too, is switched off: what is tried
 from __future__ import annotations
 
 import shutil
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -52,7 +51,12 @@ def visit(browser: Any, path: Path) -> dict[str, Any]:
     page = context.new_page()
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))
-    page.on("dialog", lambda dialog: (asked.append(dialog.message), dialog.dismiss()))
+
+    def refuse(dialog: Any) -> None:
+        asked.append(dialog.message)
+        dialog.dismiss()
+
+    page.on("dialog", refuse)
     page.goto(path.as_uri())
     page.evaluate("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
     page.evaluate(
@@ -83,7 +87,6 @@ def snakebot(*words: object) -> int:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A session and three logs; every name and every text in them is hostile."""
-    sys.path.insert(0, str(Path(__file__).parents[1] / "diagnosis"))
     from sessions import bench, make_session
 
     place = tmp_path_factory.mktemp("pages") / FILE

@@ -18,7 +18,7 @@ class TroubledBus(can.BusABC):
     """Sends and receives what a test says."""
 
     def __init__(self) -> None:
-        super().__init__(channel=None)
+        super().__init__(channel="troubled")
         self.on_send: Callable[[can.Message], None] = lambda message: None
         self.arriving: list[can.Message | Exception] = []
 

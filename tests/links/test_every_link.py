@@ -21,8 +21,8 @@ from snakebot.errors import LostBoardError
 from snakebot.links import Link, open_link, parse_port
 from snakebot.links.can_link import open_can
 from snakebot.links.port import CanPort
-from snakebot.simboard import InProcessLink, PtyEnd, TcpEnd
-from snakebot.simboard.slcan_end import SlcanEnd
+from snakebot.softboard import InProcessLink, PtyEnd, TcpEnd
+from snakebot.softboard.slcan_end import SlcanEnd
 
 
 class FarSide:
@@ -51,7 +51,7 @@ class FarLink(Link):
     """The far side as a link."""
 
     def __init__(self, side: FarSide) -> None:
-        super().__init__("far")
+        super().__init__("far", math.inf)
         self._side = side
 
     def send(self, frames: Sequence[Frame]) -> None:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from snakebot.errors import BadInputError
 from snakebot.links import CanPort, Port, SerialPort, SimPort, open_link, parse_port
+from snakebot.links.port import ServoPort
 
 UNDERSTOOD: dict[str, Port] = {
     "sim:": SimPort(),
@@ -41,9 +42,24 @@ UNDERSTOOD: dict[str, Port] = {
         "pcan", "PCAN_USBBUS1", (("bitrate", "500000"), ("listen_only", "True"))
     ),
     "can:kvaser/0": CanPort("kvaser", "0"),
+    "feetech:/dev/ttyUSB0": ServoPort("feetech", "/dev/ttyUSB0"),
+    "feetech:/dev/ttyUSB0?baud=500000&ids=1-5": ServoPort(
+        "feetech", "/dev/ttyUSB0", 500_000, (1, 2, 3, 4, 5)
+    ),
+    "Dynamixel:COM4?ids=1,7-9,20": ServoPort("dynamixel", "COM4", ids=(1, 7, 8, 9, 20)),
 }
 
 REFUSED = [
+    "feetech:",
+    "feetech:?ids=1-5",
+    "feetech:socket://lab:5555",
+    "feetech:/dev/ttyUSB0?ids=",
+    "feetech:/dev/ttyUSB0?ids=5-1",
+    "feetech:/dev/ttyUSB0?ids=1,1",
+    "feetech:/dev/ttyUSB0?ids=300",
+    "feetech:/dev/ttyUSB0?ids=1-999999999",
+    "dynamixel:/dev/ttyUSB0?baud=fast",
+    "dynamixel:/dev/ttyUSB0?parity=even",
     "",
     " ",
     "usb",
@@ -88,7 +104,7 @@ def test_refused_in_one_line_that_names_it_and_an_example(text: str) -> None:
     line = str(caught.value)
     assert "\n" not in line
     assert repr(text) in line
-    assert re.search(r"sim:|serial:|can:|must be 0 or 1", line)
+    assert re.search(r"sim:|serial:|can:|feetech:|dynamixel:|must be 0 or 1|rising, each once", line)
 
 
 @given(

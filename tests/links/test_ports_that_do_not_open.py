@@ -72,7 +72,7 @@ def test_no_permission_names_the_group(tmp_path: Path) -> None:
 
 
 def test_a_speed_that_slcan_does_not_have() -> None:
-    from snakebot.simboard.slcan_end import SlcanEnd
+    from snakebot.softboard.slcan_end import SlcanEnd
 
     end = SlcanEnd()
     with pytest.raises(SnakebotError, match="bitrate"):

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import can
 import pytest
+from can.interfaces.slcan import slcanBus
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -49,7 +50,7 @@ def test_the_adapter_serves_python_can(pty: tuple[int, str]) -> None:
     thread.start()
     sent = [Frame(16 + k, bytes(range(k))) for k in range(9)]
     try:
-        with can.Bus(interface="slcan", channel=path, bitrate=1_000_000, sleep_after_open=0) as bus:
+        with slcanBus(channel=path, bitrate=1_000_000, sleep_after_open=0) as bus:
             for frame in sent:
                 bus.send(can.Message(arbitration_id=frame.id, data=frame.data, is_extended_id=False))
             bus.send(can.Message(arbitration_id=0x12345678, data=b"other", is_extended_id=True))

@@ -15,10 +15,10 @@ import pytest
 from link_contract import FROM_HOST, LONG_S, LinkContract, Wire
 
 from firmware_protocol.frame import Frame
+from snakebot.doctor.port import check_socketcan
 from snakebot.errors import LostBoardError, NoBoardError
 from snakebot.links import open_link, parse_port
 from snakebot.links.can_link import open_can
-from snakebot.links.checkup import check_socketcan
 from snakebot.links.port import CanPort
 
 NAME = f"snake{os.getpid() % 100000}"
@@ -53,7 +53,11 @@ class TestSocketcan(LinkContract):
         port = parse_port(PORT)
         assert isinstance(port, CanPort)
         board, host = open_can(port, role="Board"), open_link(PORT)
-        yield Wire(host, board, lambda: ip("link", "set", NAME, "down") or None)
+
+        def cut() -> None:
+            ip("link", "set", NAME, "down")
+
+        yield Wire(host, board, cut)
         host.close()
         board.close()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,19 +20,19 @@ from snakebot.physics import (
     replay,
     simulate_gaits,
 )
-from snakebot.robot import load_robot
+from snakebot.robot import Body, load_robot
 
 GAIT = [math.radians(66), math.radians(80), 2.0]
 
 
-def body(**changes):
+def body(**changes: object) -> Body:
     whole = load_robot("penn_state").body
     assert whole is not None
     return whole.model_copy(update=changes)
 
 
 @pytest.fixture(scope="module")
-def model():
+def model() -> ChainModel:
     return ChainModel.from_body(body())
 
 
@@ -53,7 +54,7 @@ def model():
         (np.zeros((0, 3)), {}, "no gait"),
     ],
 )
-def test_gaits_that_make_no_sense(model, gaits, options, words):
+def test_gaits_that_make_no_sense(model: ChainModel, gaits: Any, options: dict[str, Any], words: str) -> None:
     with pytest.raises(BadInputError, match=words):
         simulate_gaits(model, gaits, **options)
 
@@ -61,7 +62,7 @@ def test_gaits_that_make_no_sense(model, gaits, options, words):
 @pytest.mark.parametrize(
     "change", [{"mass": np.zeros(6)}, {"ct": -1.0}, {"inertia": math.nan}, {"eps": 0.0}, {"ct": np.ones(5)}]
 )
-def test_models_that_make_no_sense(change):
+def test_models_that_make_no_sense(change: dict[str, Any]) -> None:
     numbers = dict.fromkeys(
         ("mass", "half_length", "inertia", "ct", "cn", "ct0", "cn0", "contact"), np.ones(6)
     )
@@ -70,13 +71,14 @@ def test_models_that_make_no_sense(change):
 
 
 @pytest.mark.parametrize("links", [1, 33])
-def test_two_to_thirty_two_links(links):
+def test_two_to_thirty_two_links(links: int) -> None:
     with pytest.raises(BadInputError, match="2 to 32"):
-        ChainModel(*(np.ones(links) for _ in range(8)))
+        one = np.ones(links)
+        ChainModel(one, one, one, one, one, one, one, one)
 
 
 @pytest.mark.parametrize("links", [2, 3, 16, 32])
-def test_chains_of_any_length_move(links):
+def test_chains_of_any_length_move(links: int) -> None:
     chain = ChainModel.from_body(body(links=links))
     result = simulate_gaits(chain, [0.5, 2 * math.pi / max(links, 4), 2.0], cycles=5, averaged_cycles=1)
     assert result.power_in_w[0] == pytest.approx(result.power_dissipated_w[0], rel=0.02)
@@ -84,7 +86,7 @@ def test_chains_of_any_length_move(links):
         assert result.speed_m_s[0] > 0.005
 
 
-def test_replays_that_make_no_sense(model):
+def test_replays_that_make_no_sense(model: ChainModel) -> None:
     t = np.linspace(0, 1, 11)
     with pytest.raises(BadInputError, match=r"\(T, 5\)"):
         replay(model, t, np.zeros((11, 4)))
@@ -98,14 +100,14 @@ def test_replays_that_make_no_sense(model):
         replay(model, t, np.zeros((11, 5))).speed_m_s(5.0)
 
 
-def test_a_chain_that_makes_no_sense(model):
+def test_a_chain_that_makes_no_sense(model: ChainModel) -> None:
     with pytest.raises(BadInputError, match="time step"):
         Chain(model, 0.0)
     with pytest.raises(BadInputError, match="5 joints"):
         Chain(model, 1e-3).reset(np.zeros(4))
 
 
-def test_payload_and_rubbing_wheel_change_what_they_should():
+def test_payload_and_rubbing_wheel_change_what_they_should() -> None:
     plain = ChainModel.from_body(body())
     loaded = ChainModel.from_body(
         body(), added_mass_kg=[0, 0, 0.5, 0, 0, 0], extra_drag_n=[0, 0.3, 0, 0, 0, 0]
@@ -118,24 +120,24 @@ def test_payload_and_rubbing_wheel_change_what_they_should():
         ChainModel.from_body(body(), added_mass_kg=[1.0, 2.0])
 
 
-def test_a_slope_slows_and_speeds(model):
+def test_a_slope_slows_and_speeds(model: ChainModel) -> None:
     up = simulate_gaits(ChainModel.from_body(body(slope_deg=1.0)), GAIT).forward_speed_m_s[0]
     down = simulate_gaits(ChainModel.from_body(body(slope_deg=-1.0)), GAIT).forward_speed_m_s[0]
     assert up < simulate_gaits(model, GAIT).forward_speed_m_s[0] < down
 
 
-def test_the_reversed_wave_goes_backwards(model):
+def test_the_reversed_wave_goes_backwards(model: ChainModel) -> None:
     ahead, back = simulate_gaits(model, [GAIT, [GAIT[0], -GAIT[1], GAIT[2]]]).forward_speed_m_s
     assert back == pytest.approx(-ahead, rel=1e-6)
 
 
-def test_an_offset_turns_the_robot(model):
+def test_an_offset_turns_the_robot(model: ChainModel) -> None:
     turn = simulate_gaits(model, [[*GAIT, 0.2], [*GAIT, -0.2]]).turn_rad
     assert abs(turn[0]) > 0.1
     assert turn[1] == pytest.approx(-turn[0], rel=0.02)
 
 
-def test_a_servos_lag_is_less_amplitude_later(model):
+def test_a_servos_lag_is_less_amplitude_later(model: ChainModel) -> None:
     """A first-order lag answers alpha sin(omega t) by alpha cos(d) sin(omega t - d), tan d = omega tau."""
     tau = 0.2
     lagged = gait_trajectory(model, GAIT, servo_time_constant_s=tau, cycles=3)
@@ -151,7 +153,7 @@ def test_a_servos_lag_is_less_amplitude_later(model):
     )
 
 
-def test_stiff_torque_control_tracks_and_soft_control_does_not(model):
+def test_stiff_torque_control_tracks_and_soft_control_does_not(model: ChainModel) -> None:
     ideal = simulate_gaits(model, GAIT)
     errors = []
     for gain in (300.0, 30.0, 3.0):
@@ -166,7 +168,7 @@ def test_stiff_torque_control_tracks_and_soft_control_does_not(model):
         Pid(-1.0)
 
 
-def test_the_integral_term_takes_a_standing_error_away():
+def test_the_integral_term_takes_a_standing_error_away() -> None:
     """On a slope, bent to one side, a P servo sags; with an I term the mean error goes."""
     steep = ChainModel.from_body(body(slope_deg=1.9))
     gait = [1e-3, 1.0, 4.0, 0.3]
@@ -176,7 +178,7 @@ def test_the_integral_term_takes_a_standing_error_away():
     assert mean_error[1] < 0.2 * mean_error[0]
 
 
-def test_a_joint_goes_free_and_is_caught_again_in_mid_run(model):
+def test_a_joint_goes_free_and_is_caught_again_in_mid_run(model: ChainModel) -> None:
     chain, drive = Chain(model, 1e-3), Drive.at_rest(5)
     for i in range(1, 1500):
         drive.angle_rad[:] = 0.5 * np.sin(3e-3 * i + np.arange(5))

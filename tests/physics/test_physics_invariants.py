@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from snakebot.arrays import Floats
 from snakebot.physics import (
     FREE,
     TORQUE,
@@ -24,7 +25,14 @@ from snakebot.physics import (
 FEW = settings(max_examples=15, derandomize=True, deadline=None, database=None)
 
 
-def chain_model(n, seed=0, friction=1.0, coulomb=0.0, contact=0.0, slope_rad=0.0):
+def chain_model(
+    n: int,
+    seed: int = 0,
+    friction: float = 1.0,
+    coulomb: float = 0.0,
+    contact: float = 0.0,
+    slope_rad: float = 0.0,
+) -> ChainModel:
     rng = np.random.default_rng(seed)
     mass, half = rng.uniform(0.5, 2.0, n), rng.uniform(0.05, 0.2, n)
     return ChainModel(
@@ -35,7 +43,7 @@ def chain_model(n, seed=0, friction=1.0, coulomb=0.0, contact=0.0, slope_rad=0.0
     )  # fmt: skip
 
 
-def momentum(chain):
+def momentum(chain: Chain) -> Floats:
     """Linear, and angular about the centre of mass."""
     m, J = chain.model.mass, chain.model.inertia
     v = chain.link_velocities_m_s()
@@ -47,7 +55,9 @@ def momentum(chain):
     return np.append(m @ v, spin)
 
 
-def swing_freely(n, seed, dt, time, friction=0.0, kick=True):
+def swing_freely(
+    n: int, seed: int, dt: float, time: float, friction: float = 0.0, kick: bool = True
+) -> tuple[Chain, Floats]:
     """A free chain that is set in motion by torques for 0.2 s, then left alone."""
     rng = np.random.default_rng(seed + 100)
     chain, drive = Chain(chain_model(n, seed, friction), dt), Drive.at_rest(n - 1)
@@ -66,7 +76,7 @@ def swing_freely(n, seed, dt, time, friction=0.0, kick=True):
 
 @FEW
 @given(st.integers(2, 12), st.integers(0, 50))
-def test_without_friction_momentum_and_energy_are_kept(n, seed):
+def test_without_friction_momentum_and_energy_are_kept(n: int, seed: int) -> None:
     chain, states = swing_freely(n, seed, 2e-4, 0.2)
     size = math.sqrt(2 * states[0, 0] * chain.model.mass.sum())
     assert np.abs(states[:, 1:3]).max() < 1e-11 * size  # internal torques move no centre of mass
@@ -75,7 +85,7 @@ def test_without_friction_momentum_and_energy_are_kept(n, seed):
     assert np.abs(states[:, 3]).max() < 1e-4 * size * chain.model.half_length.sum()
 
 
-def test_the_energy_error_falls_with_the_square_of_the_step():
+def test_the_energy_error_falls_with_the_square_of_the_step() -> None:
     drift = []
     for dt in (4e-4, 2e-4, 1e-4):
         _, states = swing_freely(5, 3, dt, 0.4)
@@ -86,7 +96,9 @@ def test_the_energy_error_falls_with_the_square_of_the_step():
 
 @FEW
 @given(st.integers(2, 10), st.integers(0, 50), st.floats(-3, 3), st.floats(-2, 2), st.booleans())
-def test_a_turned_or_mirrored_start_turns_or_mirrors_the_motion(n, seed, turn, shift, mirror):
+def test_a_turned_or_mirrored_start_turns_or_mirrors_the_motion(
+    n: int, seed: int, turn: float, shift: float, mirror: bool
+) -> None:
     rng = np.random.default_rng(seed)
     model = chain_model(n, seed, coulomb=1.0)
     angles = rng.uniform(-0.5, 0.5, n - 1)
@@ -94,7 +106,7 @@ def test_a_turned_or_mirrored_start_turns_or_mirrors_the_motion(n, seed, turn, s
     kinds = rng.integers(0, 3, n - 1)
     sign = -1.0 if mirror else 1.0
 
-    def run(sign, x, y, heading):
+    def run(sign: float, x: float, y: float, heading: float) -> Chain:
         chain, drive = Chain(model, 2e-3), Drive.at_rest(n - 1)
         chain.reset(sign * angles, x, y, heading)
         drive.kind[:] = kinds
@@ -117,7 +129,9 @@ def test_a_turned_or_mirrored_start_turns_or_mirrors_the_motion(n, seed, turn, s
 
 @FEW
 @given(st.integers(2, 10), st.integers(0, 50), st.booleans(), st.floats(0.2, 1.0), st.floats(0.5, 2.0))
-def test_at_steady_state_all_power_put_in_goes_to_the_ground(n, seed, coulomb, alpha, omega):
+def test_at_steady_state_all_power_put_in_goes_to_the_ground(
+    n: int, seed: int, coulomb: bool, alpha: float, omega: float
+) -> None:
     model = chain_model(n, seed, coulomb=float(coulomb), contact=float(seed % 2))
     result = simulate_gaits(model, [alpha, 1.2, omega], cycles=12, steps_per_cycle=400)
     assert result.power_in_w == pytest.approx(result.power_dissipated_w, rel=0.01, abs=1e-6)
@@ -125,7 +139,7 @@ def test_at_steady_state_all_power_put_in_goes_to_the_ground(n, seed, coulomb, a
 
 @FEW
 @given(st.integers(2, 8), st.integers(0, 50))
-def test_work_put_in_is_energy_gained_and_lost(n, seed):
+def test_work_put_in_is_energy_gained_and_lost(n: int, seed: int) -> None:
     """Not only at steady state: over the first cycle from rest, on a slope."""
     model = chain_model(n, seed, coulomb=1.0, slope_rad=0.05)
     steps = 2000
@@ -139,18 +153,21 @@ def test_work_put_in_is_energy_gained_and_lost(n, seed):
     assert balance == pytest.approx(end.energy_j(), abs=0.005 * h * run.power_dissipated_w.sum())
 
 
-def two_links(m=1.3, half=0.11, c=0.0):
+def two_links(m: float = 1.3, half: float = 0.11, c: float = 0.0) -> ChainModel:
     return ChainModel(
         mass=np.full(2, m), half_length=np.full(2, half), inertia=np.full(2, m * half**2 / 3),
         ct=np.full(2, c), cn=np.full(2, c), ct0=np.zeros(2), cn0=np.zeros(2), contact=np.ones(2),
     )  # fmt: skip
 
 
-def test_two_free_links_fold_as_their_first_integral_says():
+def test_two_free_links_fold_as_their_first_integral_says() -> None:
     """T = A psi'^2 + B phi'^2 / 2, A = J + m l^2 (1 + cos phi) / 2, B = (J + m l^2 (1 - cos phi) / 2) / 2."""
     model = two_links()
     m, half, J = model.mass[0], model.half_length[0], model.inertia[0]
-    B = lambda phi: 0.5 * (J + 0.5 * m * half**2 * (1 - math.cos(phi)))  # noqa: E731
+
+    def inertia(phi: float) -> float:
+        return float(0.5 * (J + 0.5 * m * half**2 * (1 - math.cos(phi))))
+
     dt = 1e-4
     chain, drive = Chain(model, dt), Drive.at_rest(1)
     chain.reset([0.3])
@@ -163,12 +180,12 @@ def test_two_free_links_fold_as_their_first_integral_says():
     for _ in range(1000):
         chain.step(drive)
     # no spin: phi' = sqrt(2 E / B), so the time to get here is an integral
-    time, _ = quad(lambda phi: math.sqrt(0.5 * B(phi) / energy), phi0, chain.joint_angle_rad[0])
+    time, _ = quad(lambda phi: math.sqrt(0.5 * inertia(phi) / energy), phi0, chain.joint_angle_rad[0])
     assert time == pytest.approx(0.1, rel=1e-5)
     assert chain.heading_rad == pytest.approx(0.0, abs=1e-12)
 
 
-def test_torque_on_two_links_on_even_ground_in_closed_form():
+def test_torque_on_two_links_on_even_ground_in_closed_form() -> None:
     """With c_t = c_n = c friction is c/m times momentum: u = B phi'' + B' phi'^2 / 2 + (c/m) B phi'."""
     c = 3.0
     model = two_links(c=c)
@@ -188,7 +205,7 @@ def test_torque_on_two_links_on_even_ground_in_closed_form():
     assert np.abs(run.com_m).max() < 1e-12
 
 
-def test_a_pushed_robot_on_even_ground_slows_down_exponentially():
+def test_a_pushed_robot_on_even_ground_slows_down_exponentially() -> None:
     model = two_links(c=2.0)
     chain, drive = Chain(model, 1e-3), Drive.at_rest(1)
     chain._base[3:6] = (0.4, -0.1, 0.0)
@@ -199,7 +216,7 @@ def test_a_pushed_robot_on_even_ground_slows_down_exponentially():
     )
 
 
-def test_a_straight_robot_rolls_down_a_slope_at_the_speed_where_friction_carries_it():
+def test_a_straight_robot_rolls_down_a_slope_at_the_speed_where_friction_carries_it() -> None:
     """m g sin(slope) = c_t v + c_t0 on each link: how the paper's tangential friction was measured (31)."""
     slope = math.radians(3.0)
     model = ChainModel(
@@ -214,7 +231,7 @@ def test_a_straight_robot_rolls_down_a_slope_at_the_speed_where_friction_carries
     assert chain.power_dissipated_w == pytest.approx(6 * (0.83 * speed + 0.49) * speed, rel=1e-6)
 
 
-def test_a_robot_that_friction_can_hold_stays_where_it_is():
+def test_a_robot_that_friction_can_hold_stays_where_it_is() -> None:
     model = ChainModel(
         mass=np.full(6, 1.43), half_length=np.full(6, 0.08), inertia=np.full(6, 0.003), ct=np.full(6, 0.83),
         cn=np.full(6, 51.9), ct0=np.full(6, 0.49), cn0=np.full(6, 2.33), contact=np.zeros(6),

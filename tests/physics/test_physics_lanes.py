@@ -11,6 +11,8 @@ import subprocess
 import sys
 import time
 from fnmatch import fnmatch
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ from snakebot.physics import Chain, ChainModel, Drive, compiled, gait_eps_m_s, g
 from snakebot.physics.elementary import sign_over_speed, sine_cosine
 
 
-def test_sine_and_cosine_to_the_last_bits():
+def test_sine_and_cosine_to_the_last_bits() -> None:
     x = np.concatenate(
         (np.random.default_rng(1).uniform(-1e4, 1e4, 20000), np.arange(-40, 41) * math.pi / 4, [0.0])
     )
@@ -30,7 +32,7 @@ def test_sine_and_cosine_to_the_last_bits():
     assert np.abs(got[:, 1] - np.cos(x)).max() < 4e-16
 
 
-def test_the_regularised_sign_over_speed_to_the_last_bits():
+def test_the_regularised_sign_over_speed_to_the_last_bits() -> None:
     v = np.concatenate((10.0 ** np.linspace(-250, 4, 5000), -(10.0 ** np.linspace(-9, 2, 500))))
     got = np.array([sign_over_speed(a, 1 / 2e-3) for a in v])
     assert got == pytest.approx(np.tanh(v / 2e-3) / v, rel=1e-15)
@@ -45,7 +47,7 @@ def six_links() -> ChainModel:
     )  # fmt: skip
 
 
-def test_a_chain_alone_moves_as_one_of_eight():
+def test_a_chain_alone_moves_as_one_of_eight() -> None:
     """The online stepper runs the kernel on numbers, a gait on lanes; only the way the drive is told differs."""
     model, gait = six_links(), (0.9, 1.3, 2.0)
     lanes = gait_trajectory(model, gait, cycles=2, steps_per_cycle=1000)
@@ -59,19 +61,21 @@ def test_a_chain_alone_moves_as_one_of_eight():
     assert chain.joint_torque_nm == pytest.approx(lanes.joint_torque_nm[-1], abs=2e-2)
 
 
-def test_results_do_not_depend_on_neighbours_order_or_threads():
+def test_results_do_not_depend_on_neighbours_order_or_threads() -> None:
     rng = np.random.default_rng(4)
     gaits = np.column_stack((rng.uniform(0.1, 1.2, 21), rng.uniform(0.3, 2, 21), rng.uniform(0.5, 5, 21)))
     model = six_links()
-    options = {"cycles": 2, "averaged_cycles": 1}
-    alone = [simulate_gaits(model, gait, **options).speed_m_s[0] for gait in gaits]
-    together = simulate_gaits(model, gaits, threads=1, **options).speed_m_s
-    backwards = simulate_gaits(model, gaits[::-1], threads=3, **options).speed_m_s[::-1]
+    speeds = partial(simulate_gaits, model, cycles=2, averaged_cycles=1)
+    alone = [speeds(gait).speed_m_s[0] for gait in gaits]
+    together = speeds(gaits, threads=1).speed_m_s
+    backwards = speeds(gaits[::-1], threads=3).speed_m_s[::-1]
     assert np.array_equal(alone, together)  # to the last bit
     assert np.array_equal(together, backwards)
 
 
-def test_compiled_code_is_found_again_and_dropped_when_a_source_is_newer(tmp_path, monkeypatch):
+def test_compiled_code_is_found_again_and_dropped_when_a_source_is_newer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     cache = tmp_path / "__pycache__"
     cache.mkdir()
     for sources, _ in compiled._BUILT_INTO:
@@ -86,10 +90,10 @@ def test_compiled_code_is_found_again_and_dropped_when_a_source_is_newer(tmp_pat
     assert [p.name for p in cache.iterdir()] == ["gaits.new.nbi"]
 
 
-def test_every_source_that_is_built_into_another_is_listed():
+def test_every_source_that_is_built_into_another_is_listed() -> None:
     """A compiled function that calls one of another file holds that file's code, whose changes numba does not see."""
 
-    def holds(module, name):
+    def holds(module: str, name: str) -> bool:
         return any(
             name in sources and fnmatch(f"{module}.x.nbi", pattern)
             for sources, pattern in compiled._BUILT_INTO
@@ -110,7 +114,7 @@ def test_every_source_that_is_built_into_another_is_listed():
     assert [pair for pair in sorted(built_in) if not holds(*pair)] == []
 
 
-def test_a_second_start_compiles_nothing():
+def test_a_second_start_compiles_nothing() -> None:
     simulate_gaits(six_links(), [0.5, 1.0, 2.0], cycles=1, averaged_cycles=1)
     program = (
         "from snakebot.physics import ChainModel, gait_loop, simulate_gaits\n"

@@ -3,29 +3,42 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from physics_peers import MujocoChain
+from samples import sample
 
+from snakebot.arrays import Floats
 from snakebot.physics import ChainModel, Pid, gait_eps_m_s, gait_trajectory
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2
 
 pytest.importorskip("mujoco")
 
-FRICTION = {
+FRICTION: dict[str, dict[str, Any]] = {
     "viscous, distributed": {"ct": 0.1, "cn": 10.0, "ct0": 0.0, "cn0": 0.0, "contact": 1.0},
     "viscous, wheels": {"ct": 0.1, "cn": 10.0, "ct0": 0.0, "cn0": 0.0, "contact": 0.0},
     "viscous and Coulomb": {"ct": 0.8, "cn": 50.0, "ct0": 0.5, "cn0": 2.3, "contact": 0.0},
 }
+GaitParameters = tuple[float, float, float]  # alpha_rad, beta_rad, omega_rad_s
+Case = tuple[ChainModel, GaitParameters, tuple[int, ...], dict[int, float]]
 CYCLES = 3
 SAMPLES = 20  # a cycle
 MUJOCO_STEP_S = 2.5e-4
 
 
-def both(model, gait, kp, kd, free=(), rigid=None):
+def both(
+    model: ChainModel,
+    gait: GaitParameters,
+    kp: float,
+    kd: float,
+    free: Sequence[int] = (),
+    rigid: dict[int, float] | None = None,
+) -> tuple[Floats, Floats]:
     """Rows (com_x, com_y, psi, power_in, power_dissipated) of MuJoCo and of the kernel, at the same times."""
     period = 2 * math.pi / gait[2]
     every = math.ceil(period / SAMPLES / MUJOCO_STEP_S)
@@ -45,7 +58,7 @@ def both(model, gait, kp, kd, free=(), rigid=None):
     return other, np.column_stack((rows, means))
 
 
-def assert_same(model, gait, other, ours):
+def assert_same(model: ChainModel, gait: GaitParameters, other: Floats, ours: Floats) -> None:
     length = float(2 * model.half_length.sum())
     way = np.linalg.norm(np.diff(other[:, :2], axis=0), axis=1).sum()
     # MuJoCo's semi-implicit Euler step errs in first order: a fourth of the step leaves a fourth of the distance.
@@ -74,7 +87,7 @@ def assert_same(model, gait, other, ours):
 
 @pytest.mark.parametrize("friction", FRICTION)
 @pytest.mark.parametrize(("free", "rigid"), [((), {}), ((4,), {}), ((), {2: 0.4}), ((5,), {1: 0.0})])
-def test_six_links_move_as_in_mujoco(friction, free, rigid):
+def test_six_links_move_as_in_mujoco(friction: str, free: Sequence[int], rigid: dict[int, float]) -> None:
     model = ChainModel(
         mass=np.full(6, 1.0), half_length=np.full(6, 0.1), inertia=np.full(6, 0.01 / 3), **FRICTION[friction]
     )
@@ -83,10 +96,15 @@ def test_six_links_move_as_in_mujoco(friction, free, rigid):
 
 
 @st.composite
-def cases(draw):
+def cases(draw: st.DrawFn) -> Case:
     n = draw(st.integers(2, 7))
-    number = lambda low, high: st.floats(low, high).map(lambda v: round(v, 4))  # noqa: E731
-    per_link = lambda low, high: np.array(draw(st.lists(number(low, high), min_size=n, max_size=n)))  # noqa: E731
+
+    def number(low: float, high: float) -> st.SearchStrategy[float]:
+        return st.floats(low, high).map(lambda v: round(v, 4))
+
+    def per_link(low: float, high: float) -> Floats:
+        return np.array(draw(st.lists(number(low, high), min_size=n, max_size=n)))
+
     mass, half = per_link(0.5, 2.0), per_link(0.06, 0.15)
     coulomb = draw(st.booleans())
     cn = per_link(10.0, 40.0)
@@ -109,7 +127,7 @@ def cases(draw):
     max_examples=12, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck), database=None
 )
 @given(cases())
-def test_random_chains_move_as_in_mujoco(case):
+def test_random_chains_move_as_in_mujoco(case: Case) -> None:
     model, gait, free, rigid = case
     assert_same(model, gait, *both(model, gait, 30.0, 0.3, free, rigid))
 
@@ -117,9 +135,13 @@ def test_random_chains_move_as_in_mujoco(case):
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 @settings(
-    max_examples=150, derandomize=True, deadline=None, suppress_health_check=list(HealthCheck), database=None
+    max_examples=sample(150, 50),
+    derandomize=True,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+    database=None,
 )
 @given(cases())
-def test_many_random_chains_move_as_in_mujoco(case):
+def test_many_random_chains_move_as_in_mujoco(case: Case) -> None:
     model, gait, free, rigid = case
     assert_same(model, gait, *both(model, gait, 30.0, 0.3, free, rigid))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,6 +40,9 @@ FREE_RATIOS = {(1,): 0.99, (2,): 0.96, (3,): 0.30, (4,): 0.78, (5,): 0.985,
 RIGID_RATIOS = {(1,): 1.04, (2,): 0.78, (3,): 0.58, (4,): 0.685, (5,): 1.11,
                 (1, 2): 1.12, (4, 5): 1.00, (2, 3): 0.195, (3, 4): 0.025}  # fmt: skip
 
+# Speed ratio and power (W) by (drive, fault, joints).
+FaultTable = dict[tuple[str, str, tuple[int, ...]], tuple[float, float]]
+
 
 def model_of(name: str, eps: float = 1e-3) -> ChainModel:
     body = load_robot(name).body
@@ -45,37 +50,40 @@ def model_of(name: str, eps: float = 1e-3) -> ChainModel:
     return ChainModel.from_body(body, eps=eps)
 
 
-def radians(gait):
+def radians(gait: Sequence[float]) -> list[float]:
     return [math.radians(gait[0]), math.radians(gait[1]), gait[2]]
 
 
 @pytest.mark.parametrize(("robot", "gait", "speed", "power"), REFERENCE)
-def test_speed_and_power_of_two_earlier_engines(robot, gait, speed, power):
+def test_speed_and_power_of_two_earlier_engines(
+    robot: str, gait: tuple[float, float, float], speed: float, power: float
+) -> None:
     result = simulate_gaits(model_of(robot), radians(gait))
     assert result.speed_m_s[0] == pytest.approx(speed, rel=0.01)
     assert result.power_in_w[0] == pytest.approx(power, rel=0.02)
 
 
-def test_saito_is_still_speeding_up_after_eight_cycles():
+def test_saito_is_still_speeding_up_after_eight_cycles() -> None:
     result = simulate_gaits(model_of("saito"), radians((22, 60, 5)), cycles=24)
     assert result.speed_m_s[0] == pytest.approx(6.24, rel=0.01)
 
 
 @pytest.fixture(scope="module")
-def fault_table():
+def fault_table() -> FaultTable:
     """Speed ratio and power of each fault: with ideal tracking, and with servos of 20 N m/rad."""
     model, gait = model_of("penn_state"), radians(FAULT_GAIT)
-    table = {}
+    table: FaultTable = {}
     for drive, pid in (("ideal", None), ("soft", Pid(20.0, 0.0, 0.2))):
         whole = simulate_gaits(model, gait, pid=pid, steps_per_cycle=800).speed_m_s[0]
         for joints in FREE_RATIOS:
             for fault in ("free", "rigid"):
-                got = simulate_gaits(model, gait, pid=pid, steps_per_cycle=800, **{f"{fault}_joints": joints})
+                which: dict[str, Any] = {f"{fault}_joints": joints}
+                got = simulate_gaits(model, gait, pid=pid, steps_per_cycle=800, **which)
                 table[drive, fault, joints] = got.speed_m_s[0] / whole, got.power_in_w[0]
     return table
 
 
-def test_free_joints_lower_the_speed_as_the_reference_says(fault_table):
+def test_free_joints_lower_the_speed_as_the_reference_says(fault_table: FaultTable) -> None:
     # Joints 2 and 3 go by the mass of the swinging part and by the servos of the rest: the reference says as much of 3.
     for joints, ratio in FREE_RATIOS.items():
         assert fault_table["ideal", "free", joints][0] == pytest.approx(
@@ -86,7 +94,9 @@ def test_free_joints_lower_the_speed_as_the_reference_says(fault_table):
         )
 
 
-def test_rigid_joints_do_what_the_reference_says_when_the_servos_give_a_little(fault_table):
+def test_rigid_joints_do_what_the_reference_says_when_the_servos_give_a_little(
+    fault_table: FaultTable,
+) -> None:
     # The reference's rigid rows are not those of ideal tracking: a second solution of the paper's matrices agrees with
     # ours there (see below). Servos of 20 N m/rad, which track to 1 % of alpha, bring all nine rows near the reference.
     for joints, ratio in RIGID_RATIOS.items():
@@ -99,7 +109,7 @@ def test_rigid_joints_do_what_the_reference_says_when_the_servos_give_a_little(f
     assert 2.9 < min(double) < max(double) < 3.1
 
 
-def test_claim_7_of_the_paper_on_faults(fault_table):
+def test_claim_7_of_the_paper_on_faults(fault_table: FaultTable) -> None:
     for joints in FREE_RATIOS:
         assert fault_table["ideal", "free", joints][0] < 1
     for joints in ((1,), (5,), (1, 2), (4, 5)):
@@ -110,11 +120,11 @@ def test_claim_7_of_the_paper_on_faults(fault_table):
 
 
 @pytest.mark.parametrize("rigid", [(), (1,), (2, 3)])
-def test_the_papers_own_matrices_give_the_same_motion(rigid):
+def test_the_papers_own_matrices_give_the_same_motion(rigid: tuple[int, ...]) -> None:
     """(14)-(25) with dense matrices in scipy, against the link-by-link kernel."""
     gait = radians(FAULT_GAIT)
     model = model_of("penn_state", eps=gait_eps_m_s(model_of("penn_state"), gait[0], gait[2]))
-    follow = gait_reference(*gait, 5)
+    follow = gait_reference(gait[0], gait[1], gait[2], 5)
     keep = np.array([j + 1 not in rigid for j in range(5)], dtype=float)
     peer = PaperChain(model, lambda t: tuple(keep * v for v in follow(t)))
     t = np.linspace(0, 2 * math.pi / gait[2] * 2, 41)
@@ -125,7 +135,7 @@ def test_the_papers_own_matrices_give_the_same_motion(rigid):
     assert np.abs(ours.heading_rad[rows] - states[:, 2]).max() < 1e-3
 
 
-def test_the_papers_own_matrices_with_a_free_joint_and_torques():
+def test_the_papers_own_matrices_with_a_free_joint_and_torques() -> None:
     model = model_of("saito")
     torque = np.array([0.3, -0.2, 0.0, 0.1, 0.25])
     prescribed = np.array([True, False, False, True, False])
@@ -145,7 +155,7 @@ def test_the_papers_own_matrices_with_a_free_joint_and_torques():
     assert chain.joint_angle_rad[~prescribed] == pytest.approx(states[-1, 3:6], abs=5e-5)
 
 
-def test_one_motion_by_three_ways():
+def test_one_motion_by_three_ways() -> None:
     """Batch, replay of its own angles, and the online stepper."""
     model, gait = model_of("penn_state"), radians(FAULT_GAIT)
     t_end = 8 * 2 * math.pi / gait[2]
@@ -153,7 +163,7 @@ def test_one_motion_by_three_ways():
     one = gait_trajectory(model, gait, steps_per_cycle=628)
     again = replay(model, one.t_s, one.joint_angle_rad)
     chain, drive = Chain(model, one.t_s[1]), Drive.at_rest(5)
-    follow = gait_reference(*gait, 5)
+    follow = gait_reference(gait[0], gait[1], gait[2], 5)
     for now in one.t_s[1:]:
         drive.angle_rad[:], drive.rate_rad_s[:], _ = follow(now)
         chain.step(drive)

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import pytest
 from test_report_page import EVIL, full_page
 
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+Scheme = Literal["light", "dark"]
 CHROMIUM = next(
     (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
 )
@@ -31,7 +37,7 @@ FLAGS = [
 
 
 @pytest.fixture(scope="module")
-def browser():
+def browser() -> Iterator[Browser]:
     playwright = pytest.importorskip(
         "playwright.sync_api", reason="playwright (extra `test`) drives the browser"
     )
@@ -44,7 +50,7 @@ def browser():
 class Visit:
     """A page opened from a file, with all that the browser complained about or asked for."""
 
-    def __init__(self, browser, path: Path, width: int, scheme: str) -> None:
+    def __init__(self, browser: Browser, path: Path, width: int, scheme: Scheme) -> None:
         self.context = browser.new_context(
             viewport={"width": width, "height": 900}, color_scheme=scheme, has_touch=width < 500
         )
@@ -62,7 +68,7 @@ class Visit:
 
     def painted(self, selector: str) -> bool:
         """Whether a canvas shows more than one colour."""
-        return self.page.evaluate(
+        more: bool = self.page.evaluate(
             """(selector) => [...document.querySelectorAll(selector)].every((canvas) => {
                 const d = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
                 for (let i = 4; i < d.length; i += 4) if (d[i + 3] !== d[3] || d[i] !== d[0]) return true;
@@ -70,6 +76,7 @@ class Visit:
             })""",
             selector,
         )
+        return more
 
 
 def analysis_page_file(tmp_path: Path) -> Path:
@@ -91,10 +98,7 @@ def analysis_page_file(tmp_path: Path) -> Path:
 
 
 @pytest.fixture(scope="module", params=["every block", "analysis", "comparison"])
-def page_file(request, tmp_path_factory) -> Path:
-    import sys
-
-    sys.path.insert(0, str(Path(__file__).parents[1] / "analysis"))
+def page_file(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("page")
     if request.param == "analysis":
         return analysis_page_file(folder)
@@ -116,7 +120,9 @@ def page_file(request, tmp_path_factory) -> Path:
 @pytest.mark.parametrize(
     ("width", "scheme"), [(1280, "light"), (1280, "dark"), (390, "light"), (390, "dark")]
 )
-def test_opens_clean_at_every_width_and_in_both_themes(browser, page_file, width, scheme):
+def test_opens_clean_at_every_width_and_in_both_themes(
+    browser: Browser, page_file: Path, width: int, scheme: Scheme
+) -> None:
     visit = Visit(browser, page_file, width, scheme)
     page = visit.page
     page.evaluate("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
@@ -135,13 +141,14 @@ def test_opens_clean_at_every_width_and_in_both_themes(browser, page_file, width
     visit.context.close()
 
 
-def test_zoom_legend_theme_and_animation_answer(browser, tmp_path):
+def test_zoom_legend_theme_and_animation_answer(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "page.html"
     full_page("plain").write(path)
     visit = Visit(browser, path, 1280, "light")
     page = visit.page
     area = page.locator("figure.line .u-over").first
     box = area.bounding_box()
+    assert box is not None
     picture = page.locator("figure.line canvas").first
     before = picture.evaluate("c => c.toDataURL()")
     page.mouse.move(box["x"] + box["width"] * 0.3, box["y"] + 40)
@@ -181,7 +188,7 @@ def test_zoom_legend_theme_and_animation_answer(browser, tmp_path):
     visit.context.close()
 
 
-def test_long_names_and_wide_tables_stay_within_a_phone(browser, tmp_path):
+def test_long_names_and_wide_tables_stay_within_a_phone(browser: Browser, tmp_path: Path) -> None:
     from snakebot.report import Axis, Column, Facts, Line, LineChart, Page, Table
 
     page = Page("x" * 300, "y" * 300, "z" * 300)
@@ -190,8 +197,17 @@ def test_long_names_and_wide_tables_stay_within_a_phone(browser, tmp_path):
     page.section("w" * 200, "v" * 300).add(Facts([("a" * 80, "b" * 80, "c" * 80)])).add(
         Table([Column(f"column {i}") for i in range(30)], [list(np.arange(30.0))], "t" * 100)
     )
+    names = [Column("run"), *(Column(f"figure {i}") for i in range(20))]
+    page.section("runs").add(Table(names, [["n" * 120, *np.arange(20.0)]]))
+    page.section("words").add(Table([Column("run"), Column("fault")], [["a", "rigid:4@12s " * 12]]))
     path = tmp_path / "long.html"
     page.write(path)
     visit = Visit(browser, path, 390, "light")
     assert visit.page.evaluate("document.documentElement.scrollWidth") <= 390
+    name = visit.page.evaluate("document.querySelector('td.long').getBoundingClientRect().width")
+    assert 100 < name < 0.6 * 390, "a long name is squeezed, or takes the screen"
+    width = visit.page.evaluate(
+        "document.querySelector('td.long:not(:first-child)').getBoundingClientRect().width"
+    )
+    assert width < 390, "a cell of words stands in one line, beyond the edge"
     visit.context.close()

@@ -7,6 +7,7 @@ import json
 import re
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -56,13 +57,14 @@ def full_page(text: str = "plain", samples: int = 200) -> Page:
     return page
 
 
-def data_of(html: str) -> dict[str, object]:
+def data_of(html: str) -> dict[str, Any]:
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', html, re.S)
     assert found
-    return json.loads(found[1])
+    data: dict[str, Any] = json.loads(found[1])
+    return data
 
 
-def test_nothing_is_loaded_from_anywhere():
+def test_nothing_is_loaded_from_anywhere() -> None:
     html = full_page().html()
     own = html.replace((ASSETS / "uPlot.iife.min.js").read_text(), "")
     assert not re.search(r"""(src|href)\s*=\s*["'](?!data:)""", own)
@@ -70,7 +72,7 @@ def test_nothing_is_loaded_from_anywhere():
     assert "default-src 'none'" in html
 
 
-def test_text_of_strangers_is_text():
+def test_text_of_strangers_is_text() -> None:
     html = full_page(EVIL).html()
     assert html.count("<script") == 2  # the data, and the page's own script
     assert html.count("</script") == 2
@@ -79,7 +81,7 @@ def test_text_of_strangers_is_text():
 
 
 @given(st.text(), st.floats())
-def test_json_in_a_script_element_comes_back_and_closes_nothing(text, number):
+def test_json_in_a_script_element_comes_back_and_closes_nothing(text: str, number: float) -> None:
     encoded = json_in_html({"text": text, "number": number})
     assert not set("<>&") & set(encoded)
     back = json.loads(encoded)
@@ -87,7 +89,7 @@ def test_json_in_a_script_element_comes_back_and_closes_nothing(text, number):
     assert back["number"] == (number if np.isfinite(number) else None)
 
 
-def test_only_the_pages_own_script_may_run():
+def test_only_the_pages_own_script_may_run() -> None:
     html = full_page(EVIL).html()
     allowed = re.search(r"script-src '(sha256-[^']+)'", html)
     script = html[html.rindex("<script>") + 8 : html.rindex("</script>")]
@@ -97,7 +99,7 @@ def test_only_the_pages_own_script_may_run():
     assert allowed[1] == "sha256-" + base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
 
 
-def test_vendored_files_are_those_on_record():
+def test_vendored_files_are_those_on_record() -> None:
     record = (ASSETS / "VENDORED.md").read_text()
     rows = re.findall(r"^\| `([^`]+)` \|.*`([0-9a-f]{64})` \|$", record, re.M)
     assert {name for name, _ in rows} == {p.name for p in ASSETS.iterdir() if p.name.startswith("uPlot")}
@@ -111,7 +113,9 @@ def test_vendored_files_are_those_on_record():
     signals=st.integers(1, 5),
     seed=st.integers(0, 20),
 )
-def test_thinning_keeps_every_extreme_and_stays_within_its_budget(size, points, signals, seed):
+def test_thinning_keeps_every_extreme_and_stays_within_its_budget(
+    size: int, points: int, signals: int, seed: int
+) -> None:
     rng = np.random.default_rng(seed)
     x = np.arange(size, dtype=float)
     y = [rng.normal(size=size) for _ in range(signals)]
@@ -126,7 +130,7 @@ def test_thinning_keeps_every_extreme_and_stays_within_its_budget(size, points, 
             assert np.nanmin(signal) == np.nanmin(signal[keep])
 
 
-def test_a_long_gap_stays_a_gap_and_a_lost_sample_does_not():
+def test_a_long_gap_stays_a_gap_and_a_lost_sample_does_not() -> None:
     y = np.sin(np.linspace(0, 20, 10_000))
     y[4000:5000] = np.nan
     y[100] = np.nan
@@ -137,7 +141,7 @@ def test_a_long_gap_stays_a_gap_and_a_lost_sample_does_not():
     assert ((missing >= 4000) & (missing < 5000)).all()
 
 
-def test_bridging_is_a_straight_line_over_short_gaps_only():
+def test_bridging_is_a_straight_line_over_short_gaps_only() -> None:
     y = np.array([0.0, np.nan, np.nan, 3.0, np.nan, np.nan, np.nan, 7.0, np.nan])
     out = bridge_short_gaps(y, 2)
     assert out[:4].tolist() == [0, 1, 2, 3]
@@ -145,7 +149,7 @@ def test_bridging_is_a_straight_line_over_short_gaps_only():
     assert np.isnan(out[8])
 
 
-def test_a_minute_at_200_hz_stays_below_two_megabytes():
+def test_a_minute_at_200_hz_stays_below_two_megabytes() -> None:
     t = np.arange(0, 60, 0.005)
     page = Page("size")
     rng = np.random.default_rng(0)
@@ -171,11 +175,11 @@ def test_a_minute_at_200_hz_stays_below_two_megabytes():
         (3e9, 3, 2, "3.00e+09"),
     ],
 )
-def test_numbers_have_the_digits_they_are_worth(value, digits, decimals, text):
+def test_numbers_have_the_digits_they_are_worth(value: float, digits: int, decimals: int, text: str) -> None:
     assert significant(value, digits, decimals) == text
 
 
-def test_unknown_is_a_dash():
+def test_unknown_is_a_dash() -> None:
     assert [Column("a").text(v) for v in (None, float("nan"), float("inf"), True, 3, "x")] == [
         "–",
         "–",
@@ -186,6 +190,16 @@ def test_unknown_is_a_dash():
     ]
 
 
-def test_a_page_that_cannot_be_written_is_one_line(tmp_path: Path):
+def test_a_page_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(BadInputError, match="cannot write the report"):
         full_page().write(tmp_path / "no" / "such" / "folder.html")
+
+
+def test_abbreviations_among_columns_are_explained_under_the_table() -> None:
+    table = Table(
+        [Column("TE sim", help="tracking error"), Column("TE robot", help="tracking error"), Column("α")], []
+    )
+    assert table.legend() == ["TE: tracking error"]
+    page = Page("p")
+    page.section("s").add(table)
+    assert "TE: tracking error</p>" in page.html()

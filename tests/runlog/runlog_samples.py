@@ -10,14 +10,15 @@ import numpy as np
 from snakebot.robot import Robot, load_robot, robot_from_mapping
 from snakebot.runlog import (
     Event,
-    LinkStatistics,
-    Pose,
+    LinkRecord,
+    PoseRecord,
     RawFrame,
     RunLog,
     RunWriter,
     Telemetry,
     Tick,
 )
+from snakebot.runlog.records import SteeringRecord
 
 ROBOT = load_robot("penn_state")
 START_NS = 1_795_000_000_000_000_000
@@ -85,9 +86,10 @@ def write_everything(path: Path, count: int = 50) -> Path:
         writer.event(Event(0.0, "armed", "joints powered", data={"start_rad": np.zeros(5)}))
         for tick in make_ticks(count):
             writer.tick(tick)
-            writer.pose(Pose(tick.t_s, 0.01 * tick.sequence, -0.5, 0.1, 0.13))
-        writer.link_statistics(LinkStatistics(0.1, {"sent": 12, "corrupt": 0}))
-        writer.link_statistics(LinkStatistics(0.2, {"sent": 24, "received": 7}))
+            writer.pose(PoseRecord(tick.t_s, 0.01 * tick.sequence, -0.5, 0.1, 0.13))
+        writer.steering(SteeringRecord(0.1, 0.2, 0.1, 0.05, 0.0, -0.05, 0.1, 0.03, 0.04, False, False))
+        writer.link_statistics(LinkRecord(0.1, {"sent": 12, "corrupt": 0}))
+        writer.link_statistics(LinkRecord(0.2, {"sent": 24, "received": 7}))
         writer.telemetry(Telemetry(0.05, {"supply_v": 7.4, "temperature_1_c": 31.0}))
         writer.frame(RawFrame(0.1, "sent", 0x123, b"\x00\xff"))
         writer.add_metadata({"ended": "finished"})

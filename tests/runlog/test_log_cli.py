@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -229,7 +230,7 @@ def test_session_make_and_check(tmp_path: Path, capsys: Capture) -> None:
     (tmp_path / "deg" / "a.csv").write_text("t_s,cmd_1_rad,enc_1_rad\n" + degrees)
     (tmp_path / "deg" / "session.yaml").write_text("robot: {joints: 1}\nruns: [{file: a.csv}]\n")
     assert "are these degrees?" in snakebot(capsys, "session", "check", tmp_path / "deg")
-    assert "no such folder" in snakebot(capsys, "session", "check", tmp_path / "nope", status=2)
+    assert "no such file or folder" in snakebot(capsys, "session", "check", tmp_path / "nope", status=2)
     (tmp_path / "s" / "a.csv").write_text("t_s,cmd_1_rad\n")
     assert "a.csv: row 1: column" in snakebot(capsys, "session", "check", tmp_path / "s", status=2)
 
@@ -269,3 +270,45 @@ def test_the_index_says_what_going_through_says(tmp_path: Path) -> None:
         assert (summary.ticks, summary.messages) == (thorough.ticks, thorough.messages)
     path.write_bytes(data[:-400])
     assert summarize(path).state == "damaged"
+
+
+def test_list_shows_speed_fault_effect_and_end(tmp_path: Path, capsys: Capture) -> None:
+    about: dict[str, dict[str, object]] = {
+        "a": {"ended": "finished", "steady_speed_m_s": 0.131, "faults": ["free:3", "rigid:4@2s"]},
+        "b": {
+            "ended": "interrupted",
+            "forward_speed_m_s": 0.2,
+            "steady_speed_m_s": 0.1,
+            "effects": ["backlash:x=1"],
+        },
+        "c": {"ended": "error: the board's watchdog " + 200 * "x", "effects": 7, "steady_speed_m_s": "fast"},
+        "d": {"steady_speed_m_s": math.inf, "faults": {}},
+    }
+    for name, metadata in about.items():
+        with RunWriter(tmp_path / name, ROBOT, metadata) as writer:
+            writer.tick(make_ticks(1)[0])
+    lines = snakebot(capsys, "log", "list", tmp_path).splitlines()
+    cells = [dict(zip(lines[0].split(), re.split(r"  +", line), strict=True)) for line in lines[1:]]
+    assert [cell["m/s"] for cell in cells] == ["0.131", "0.2", "-", "-"]
+    assert [cell["fault"] for cell in cells] == ["free:3 rigid:4@2s", "-", "-", "-"]
+    assert [cell["effect"] for cell in cells] == ["-", "backlash:x=1", "-", "-"]
+    assert [cell["ended"][:18] for cell in cells] == ["finished", "interrupted", "error: the board's", "-"]
+    assert max(map(len, lines)) < 220
+    listed = json.loads(snakebot(capsys, "log", "list", tmp_path, "--json"))["logs"]
+    assert [log["forward_speed_m_s"] for log in listed] == [0.131, 0.2, None, None]
+    assert [str(log["ended"])[:11] for log in listed] == ["finished", "interrupted", "error: the ", "None"]
+
+
+def test_check_takes_logs_and_folders_of_them_as_a_diagnosis_does(tmp_path: Path, capsys: Capture) -> None:
+    for name, alpha_deg in (("a", 40.0), ("b", 40.0), ("c", 30.0)):
+        wave_log(tmp_path / "runs" / f"{name}.mcap", alpha_deg, duration_s=4)
+    checked = json.loads(snakebot(capsys, "session", "check", tmp_path / "runs", "--json"))
+    assert [(run["run"], run["repeat_of"]) for run in checked["runs"]] == [
+        ("a", None),
+        ("b", "a"),
+        ("c", None),
+    ]
+    one = tmp_path / "runs" / "a.mcap"
+    assert snakebot(capsys, "session", "check", one).startswith(f"{one}: 5 joints with a body, 1 run\n")
+    both = snakebot(capsys, "session", "check", one, tmp_path / "runs" / "c.mcap")
+    assert ", 2 runs\n" in both

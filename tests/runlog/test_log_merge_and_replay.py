@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,9 @@ from log_commands import Capture, snakebot, wave_log
 from runlog_samples import ROBOT, START_NS, write_everything
 
 from snakebot.errors import BadInputError
-from snakebot.gait import Gait
+from snakebot.gait import Gait, SampledMotion, check_motion
 from snakebot.runlog import RunWriter, Tick, open_run, read_log
-from snakebot.runlog.merging import Track, align_track, with_heading
+from snakebot.runlog.merging import PoseTrack, align_track, with_heading
 from snakebot.runlog.replaying import recorded_setpoints
 
 
@@ -88,7 +89,7 @@ def test_a_track_with_a_given_offset_or_a_wall_clock(tmp_path: Path, capsys: Cap
 def test_a_track_of_something_else_is_refused(tmp_path: Path) -> None:
     log = read_log(wave_log(tmp_path / "a.mcap"))
     rng = np.random.default_rng(0)
-    track = Track(
+    track = PoseTrack(
         np.arange(600) / 30, np.column_stack([np.cumsum(rng.normal(size=(600, 2)), axis=0), np.zeros(600)])
     )
     with pytest.raises(BadInputError, match="give --offset"):
@@ -99,9 +100,9 @@ def test_heading_is_the_direction_of_travel_where_none_is_measured() -> None:
     t_s = np.arange(0, 10, 0.1)
     angle = 0.3 * t_s
     pose = np.column_stack([np.cumsum(np.cos(angle)), np.cumsum(np.sin(angle)), np.full(100, np.nan)])
-    heading = with_heading(Track(t_s, pose), 1.0).pose[:, 2]
+    heading = with_heading(PoseTrack(t_s, pose), 1.0).pose[:, 2]
     np.testing.assert_allclose(heading[10:-10], angle[10:-10], atol=0.05)
-    known = Track(t_s, np.zeros((100, 3)))
+    known = PoseTrack(t_s, np.zeros((100, 3)))
     assert with_heading(known, 1.0) is known
 
 
@@ -120,10 +121,55 @@ def test_recorded_setpoints_are_those_of_the_ticks(tmp_path: Path) -> None:
     t_s, angles = recorded_setpoints(
         read_log(_ticks_at(tmp_path / "a", sent, gait.angles(due, 5), {"rate_hz": 100.0}))
     )
-    assert t_s[-1] == due[-1]
-    np.testing.assert_allclose(angles, gait.angles(t_s, 5), atol=1e-6)
-    acceleration = np.diff(angles, n=2, axis=0) / np.diff(t_s)[0] ** 2
-    assert np.abs(acceleration[:-1]).max() < 1.05 * gait.alpha_rad * gait.omega_rad_s**2
+    np.testing.assert_allclose(t_s, due, atol=1e-12)
+    motion = SampledMotion(t_s, angles, 1.0)
+    fine = np.arange(0.0, due[-1], 0.001)
+    sampled = motion.sampled(1.0 + fine)
+    np.testing.assert_allclose(sampled, gait.angles(fine, 5), atol=1e-6)
+    acceleration = np.diff(sampled, n=2, axis=0) / 0.001**2
+    assert np.abs(acceleration).max() < 1.05 * gait.alpha_rad * gait.omega_rad_s**2
+
+
+@pytest.mark.parametrize("gap_s", [0.6, 200_000.0, 1e7])
+def test_a_gap_is_told_and_not_replayed(tmp_path: Path, capsys: Capture, gap_s: float) -> None:
+    t_s = np.arange(200) / 100
+    t_s[100:] += gap_s
+    log = _ticks_at(tmp_path / "gap", t_s, Gait.from_degrees(10, 80, 1).angles(t_s, 5), {"rate_hz": 100.0})
+    tracemalloc.start()
+    said = snakebot(capsys, "log", "replay", log, "--dry-run", status=2)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert f"no set-points between 0.990 and {1 + gap_s:.3f} s" in said
+    assert "cut it at the gap" in said
+    assert peak < 64 << 20  # it took 11 GB
+
+
+def test_memory_of_a_replay_goes_with_the_ticks_and_not_with_the_time(tmp_path: Path) -> None:
+    """An hour of two set-points a second."""
+    t_s = np.arange(0.0, 3600.0, 0.5)
+    log = read_log(_ticks_at(tmp_path / "slow", t_s, np.zeros((t_s.size, 5)), {}))
+    tracemalloc.start()
+    motion = SampledMotion(*recorded_setpoints(log), 2.0)
+    check_motion(motion, ROBOT)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 100 << 20  # 173 MB were resampled set-points alone
+
+
+@pytest.mark.parametrize(
+    ("far_rad", "words"), [(1e300, "joint 4: the motion asks for angle"), (1.7e308, "too far apart")]
+)
+def test_set_points_beyond_all_numbers_are_refused(
+    tmp_path: Path, capsys: Capture, far_rad: float, words: str
+) -> None:
+    t_s = np.arange(100) / 100
+    angles = np.zeros((100, 5))
+    angles[50:, 3] = far_rad
+    angles[51::2, 3] = -far_rad
+    said = snakebot(
+        capsys, "log", "replay", _ticks_at(tmp_path / "far", t_s, angles, {}), "--dry-run", status=2
+    )
+    assert words in said
 
 
 def test_replay_on_the_simulated_board(

@@ -7,6 +7,7 @@ import json
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -52,7 +53,7 @@ def test_the_mcap_package_reads_the_same(tmp_path: Path) -> None:
         about = {item.name: item.metadata for item in reader.iter_metadata()}
     assert summary is not None
     assert summary.statistics is not None
-    assert summary.statistics.message_count == 400 + 400 + 1 + 2 + 1 + 1
+    assert summary.statistics.message_count == 400 + 400 + 1 + 1 + 2 + 1 + 1
     np.testing.assert_array_equal([row["t_s"] for row, _ in rows], log.t_s)
     np.testing.assert_array_equal([row["sequence"] for row, _ in rows], log.sequence)
     np.testing.assert_array_equal([message.sequence for _, message in rows], log.sequence)
@@ -168,7 +169,7 @@ def test_mcap_core_reads_the_same_with_checksums_on(tmp_path: Path) -> None:
     assert subprocess.run(command, cwd=tools, capture_output=True).returncode != 0  # the check can fail
 
 
-def _digests(path: Path) -> dict[str, list[object]]:
+def _digests(path: Path) -> dict[str, list[Any]]:
     """Count and digest of the messages of each topic, through our own reading path."""
     from snakebot.runlog.container import Container
 

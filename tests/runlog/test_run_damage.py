@@ -19,9 +19,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 from runlog_samples import ROBOT, START_NS, assert_equals_ticks, flushed, make_ticks
+from samples import sample
 
 from snakebot.errors import LogError, UnreadableLogError
-from snakebot.runlog import LogWarning, Pose, RunLog, RunWriter, metadata, read_log
+from snakebot.runlog import LogWarning, PoseRecord, RunLog, RunWriter, metadata, read_log
 from snakebot.runlog.channels import CHANNELS, JOINTS
 from snakebot.runlog.finish import finish
 from snakebot.runlog.listing import summarize
@@ -39,7 +40,7 @@ def _whole(form: str) -> bytes:
         writer = RunWriter(Path(folder) / "run", ROBOT, {"note": "x"}, start_time_ns=START_NS, flush_s=60)
         for tick in TICKS:
             writer.tick(tick)
-            writer.pose(Pose(tick.t_s, tick.sequence * 0.01, 0.5, 0.25, 0.1))
+            writer.pose(PoseRecord(tick.t_s, tick.sequence * 0.01, 0.5, 0.25, 0.1))
         writer.add_metadata({"ended": "finished"})
         flushed(writer)
         part = writer.part_path.read_bytes()
@@ -89,9 +90,11 @@ def test_a_changed_byte_never_makes_a_wrong_row(form: str, place: float, change:
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-@settings(max_examples=1500, deadline=None)
+@settings(max_examples=sample(1500, 500), deadline=None)
 @given(FORMS, PLACE, st.integers(1, 255))
-def test_thousands_of_changed_bytes_never_make_a_wrong_row(form: str, place: float, change: int) -> None:
+def test_hundreds_of_changed_bytes_and_more_never_make_a_wrong_row(
+    form: str, place: float, change: int
+) -> None:
     _change_a_byte(form, place, change)
 
 
@@ -142,7 +145,7 @@ def test_a_damaged_log_can_be_finished(tmp_path: Path) -> None:
     data = bytearray(_whole("part"))
     data[data.index(b'"sequence":60,') + 12] ^= 1
     (tmp_path / "run.mcap.part").write_bytes(data)
-    problems = finish(tmp_path / "run.mcap.part", tmp_path / "run.mcap")
+    problems = finish(tmp_path / "run.mcap.part", tmp_path / "run.mcap").problems
     assert any("damaged chunk" in problem for problem in problems)
     log = read_log(tmp_path / "run.mcap")
     assert log.complete
@@ -276,7 +279,7 @@ def test_a_record_longer_than_the_file_is_not_read(tmp_path: Path) -> None:
         assert len(read_log(path).sequence) == 0
 
 
-NASTY = ["soon", None, [], {}, True, 1e308, -1, 10**30]
+NASTY: list[object] = ["soon", None, [], {}, True, 1e308, -1, 10**30]
 
 
 @pytest.mark.parametrize("value", NASTY, ids=repr)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from runlog_samples import ROBOT, session_folder, write_everything
+from runlog_samples import ROBOT, flushed, make_ticks, session_folder, write_everything
 
+from snakebot.analysis import load
 from snakebot.errors import BadInputError
-from snakebot.runlog import Run, open_run, open_runs, open_session, write_session
+from snakebot.runlog import LogWarning, Run, RunWriter, open_run, open_runs, open_session, write_session
+from snakebot.runlog.listing import summarize
 from snakebot.runlog.repeats import mark_repeats
+from snakebot.runlog.run import Session
 
 
 def test_logs_and_sessions_open_alike(tmp_path: Path) -> None:
@@ -51,3 +56,58 @@ def test_repeats_are_found(tmp_path: Path) -> None:
         Run("off", t_s, np.where(t_s[:, None] < 9, np.nan, wave), wave),
     ]
     assert [run.repeat_of for run in mark_repeats(runs)] == [None, "a", None, None, "a", "a", None]
+
+
+def test_logs_without_ticks_are_left_out_and_told(tmp_path: Path) -> None:
+    """Of runs that were refused: one of them made all the others unreadable."""
+    for name in ("a", "z"):
+        RunWriter(tmp_path / name, ROBOT).close()
+    sound = write_everything(tmp_path / "m.mcap")
+    left = [tmp_path / "a.mcap", sound, tmp_path / "z.mcap"]
+    opening: list[Callable[[], Session]] = [lambda: open_session(tmp_path), lambda: open_runs(left)]
+    for opened in opening:
+        with pytest.warns(LogWarning, match="holds no ticks: left out") as told:
+            session = opened()
+        assert len(told) == 2
+        assert [run.name for run in session.runs] == ["m"]
+        assert len([note for note in session.warnings if "left out" in note]) == 2
+    with pytest.warns(LogWarning, match="left out"):
+        assert [item.run.name for item in load(left)] == ["m"]
+    sound.unlink()
+    failing: list[Callable[[], object]] = [lambda: open_session(tmp_path), lambda: load([left[0], left[2]])]
+    for fails in failing:
+        with pytest.warns(LogWarning), pytest.raises(BadInputError, match="none of these logs holds a tick"):
+            fails()
+    for one in (open_session, open_run, lambda path: load([path])):
+        with pytest.raises(BadInputError, match="holds no ticks"):
+            one(left[0])
+
+
+@pytest.mark.parametrize(
+    ("metadata", "complete", "ended", "aborted"),
+    [
+        ({"ended": "finished"}, True, "finished", False),
+        ({"ended": "interrupted"}, True, "interrupted", True),
+        ({"ended": "error: x"}, True, "error: x", True),
+        ({}, True, None, False),
+        ({"ended": 7}, True, None, False),
+        ({"recovered": True}, True, "cut short", True),
+        ({"recovered": True, "ended": "finished"}, True, "finished", False),
+        ({}, False, "cut short", True),
+    ],
+)
+def test_how_a_run_ended(
+    tmp_path: Path, metadata: dict[str, object], complete: bool, ended: str | None, aborted: bool
+) -> None:
+    writer = RunWriter(tmp_path / "run", ROBOT, metadata)
+    writer.tick(make_ticks(1)[0])
+    if complete:
+        writer.close()
+        path = writer.path
+    else:
+        flushed(writer)
+        path = Path(shutil.copy(writer.part_path, tmp_path / "copy.mcap.part"))
+    run = open_run(path)
+    assert (run.ended, run.aborted) == (ended, aborted)
+    assert summarize(path).ended == ended
+    writer.close()

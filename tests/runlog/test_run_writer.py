@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -26,7 +28,16 @@ from runlog_samples import (
 
 from snakebot.errors import LogError
 from snakebot.gait import Gait
-from snakebot.runlog import Event, Pose, RunWriter, Tick, gait_to_mapping, metadata, new_log_path, read_log
+from snakebot.runlog import (
+    Event,
+    PoseRecord,
+    RunWriter,
+    Tick,
+    gait_to_mapping,
+    metadata,
+    new_log_path,
+    read_log,
+)
 from snakebot.runlog.naming import gait_label
 
 
@@ -139,7 +150,8 @@ def test_the_caller_may_reuse_its_arrays(tmp_path: Path) -> None:
 def test_strided_and_single_precision_arrays_are_taken(tmp_path: Path) -> None:
     wide = np.arange(10.0)
     single = np.linspace(0, 1, 5, dtype=np.float32)
-    log = read_log(write_ticks(tmp_path / "run", [Tick(0, 0.0, START_NS, wide[::2], single)]))
+    tick = Tick(0, 0.0, START_NS, wide[::2], single)  # type: ignore[arg-type]  # callers do
+    log = read_log(write_ticks(tmp_path / "run", [tick]))
     np.testing.assert_array_equal(log.setpoint_rad[0], wide[::2])
     np.testing.assert_allclose(log.sent_rad[0], single, rtol=1e-7)
 
@@ -180,6 +192,65 @@ def test_a_log_is_never_overwritten(tmp_path: Path) -> None:
     assert (tmp_path / "other.mcap.part").read_bytes() == b"somebody's"
 
 
+def test_a_file_that_takes_the_name_in_mid_run_stays(tmp_path: Path) -> None:
+    writer = RunWriter(tmp_path / "run", ROBOT)
+    writer.tick(make_ticks(1)[0])
+    (tmp_path / "run.mcap").write_bytes(b"somebody's")
+    (tmp_path / "run-2.mcap").symlink_to(tmp_path / "nowhere")
+    with pytest.warns(UserWarning, match=r"run.mcap: appeared while the run went on, .* in .*run-3.mcap"):
+        assert writer.close() == tmp_path / "run-3.mcap"
+    assert writer.path == tmp_path / "run-3.mcap"
+    assert read_log(writer.path).t_s.size == 1
+    assert (tmp_path / "run.mcap").read_bytes() == b"somebody's"
+    assert {file.name for file in tmp_path.iterdir()} == {"run.mcap", "run-2.mcap", "run-3.mcap"}
+
+
+def test_runs_that_begin_at_one_time_each_get_a_log(tmp_path: Path) -> None:
+    """All of them found the same name free."""
+    path = new_log_path("run", tmp_path, datetime(2026, 11, 21, tzinfo=UTC))
+    together = threading.Barrier(8)
+
+    def one(number: int) -> Path:
+        together.wait()
+        with RunWriter(path, ROBOT, {"number": number}, or_numbered=True) as writer:
+            writer.tick(make_ticks(1)[0])
+        return writer.path
+
+    with ThreadPoolExecutor(8) as pool:
+        paths = list(pool.map(one, range(8)))
+    assert len(set(paths)) == 8
+    assert [read_log(path).metadata["number"] for path in paths] == list(range(8))
+    assert {file.name for file in tmp_path.iterdir()} == {path.name for path in paths}
+
+
+@pytest.mark.parametrize("number", [errno.EPERM, errno.EOPNOTSUPP])
+def test_a_name_is_taken_without_links_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    """FAT, and some network drives, have none."""
+
+    def no_links(*_: object, **__: object) -> None:
+        raise OSError(number, "no links here")
+
+    monkeypatch.setattr(os, "link", no_links)
+    writer = RunWriter(tmp_path / "run", ROBOT)
+    (tmp_path / "run.mcap").write_bytes(b"somebody's")
+    with pytest.warns(UserWarning, match=r"run-2.mcap"):
+        writer.close()
+    assert (tmp_path / "run.mcap").read_bytes() == b"somebody's"
+    assert read_log(tmp_path / "run-2.mcap").complete
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_run_that_is_forgotten_leaves_nothing(tmp_path: Path) -> None:
+    writer = RunWriter(tmp_path / "run", ROBOT)
+    writer.tick(make_ticks(1)[0])
+    writer.discard()
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(LogError, match="closed"):
+        writer.pose(PoseRecord(0, 0, 0, 0))
+
+
 def test_a_folder_that_cannot_be_made_is_one_clear_line(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(LogError, match="cannot make the log"):
@@ -193,7 +264,7 @@ def test_closing_leaves_the_final_name_only(tmp_path: Path) -> None:
     writer = RunWriter(tmp_path / "second", ROBOT)
     writer.close()
     with pytest.raises(LogError, match="closed"):
-        writer.pose(Pose(0, 0, 0, 0))
+        writer.pose(PoseRecord(0, 0, 0, 0))
 
 
 def test_an_exception_in_the_run_still_closes_the_log(tmp_path: Path) -> None:

@@ -116,8 +116,8 @@ runs:
         ("t_s,cmd_1_rad,enc_1_rad,cmd_1_rad\n0,0,0,0\n", "run.csv: row 1: column cmd_1_rad stands twice"),
         ("t_s,cmd_1_rad,enc_1_rad,\n0,0,0,0\n", "run.csv: row 1: column 4 has no name"),
         (
-            "t_s,cmd_1_rad,enc_1_rad,x_m,y_m\n0,0,0,0,0\n",
-            "run.csv: row 1: a pose needs x_m, y_m and heading_rad",
+            "t_s,cmd_1_rad,enc_1_rad,x_m,heading_rad\n0,0,0,0,0\n",
+            "run.csv: row 1: a pose needs x_m and y_m",
         ),
         (
             "t_s,cmd_1_rad,enc_1_rad,supply_v\n0,0,0,low\n",
@@ -147,8 +147,11 @@ def test_errors_name_file_row_and_column(tmp_path: Path, table: str | bytes, sai
         ("robot: {joints: 1}\nruns: []", "runs: needs a list"),
         ("robot: {joints: 1}\nruns: [run.csv]", "runs[1]: a run is a mapping"),
         ("runs: [{file: run.csv}]", "robot: a robot description is a mapping"),
-        ("robot: {joints: 0}\nruns: [{file: run.csv}]", "robot: joints"),
-        ("robot: {joints: 1, wheels: 4}\nruns: [{file: run.csv}]", "robot: wheels"),
+        ("robot: {joints: 0}\nruns: [{file: run.csv}]", "robot: line 1: joints"),
+        (
+            "robot: {joints: 1, wheels: 4}\nruns: [{file: run.csv}]",
+            "robot: line 1: wheels is not known; a robot has",
+        ),
         ("robot: {joints: 1}\nruns: [{}]", "file: needs the name of a table"),
         ("robot: {joints: 1}\nruns: [{file: 3}]", "file: needs the name of a table"),
         ("robot: {joints: 1}\nruns: [{file: run.xlsx}]", "not one of .csv"),
@@ -182,7 +185,10 @@ def test_errors_name_file_row_and_column(tmp_path: Path, table: str | bytes, sai
             "robot: {joints: 1}\nruns: [{file: run.csv, forward_speed_m_s: .nan}]",
             "forward_speed_m_s: not a finite number",
         ),
-        ("robot: {joints: 1}\nruns: [{file: run.csv, gait: {alpha_deg: 3}}]", "gait: beta_deg is missing"),
+        (
+            "robot: {joints: 1}\nruns: [{file: run.csv, gait: {alpha_deg: 3}}]",
+            "gait: line 2: beta_deg is missing",
+        ),
         ("robot: {joints: 1}\nruns: [{file: run.csv, gait: fast}]", "gait: needs alpha_deg"),
         (
             "robot: {joints: 1}\nruns: [{file: run.csv, gait: {alpha_deg: -3, beta_deg: 1, omega_rad_s: 1}}]",
@@ -190,7 +196,7 @@ def test_errors_name_file_row_and_column(tmp_path: Path, table: str | bytes, sai
         ),
         (
             "robot: {joints: 1}\nruns: [{file: run.csv, gait: {alpha_deg: 3, beta_deg: 1, omega_rad_s: 1, omga: 2}}]",
-            "gait: omga is not known",
+            "gait: line 2: omga is not known; did you mean omega_rad_s?",
         ),
         ("robot: !!python/object/apply:os.system ['touch pwned']\nruns: []", "not YAML"),
         ("robot: {joints: 1", "not YAML"),

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from runlog_samples import ONE_JOINT, ROWS, session_folder
 
 from snakebot.errors import BadInputError
-from snakebot.runlog import LogWarning, read_session
+from snakebot.runlog import LogWarning, number_table, read_session
 
 
 def test_blank_lines_at_the_end_and_crlf_are_no_rows(tmp_path: Path) -> None:
@@ -26,9 +26,7 @@ def test_a_byte_order_mark_is_put_up_with(tmp_path: Path) -> None:
 
 
 def test_a_gzip_bomb_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from snakebot.runlog import table
-
-    monkeypatch.setattr(table, "MAX_BYTES", 1 << 20)
+    monkeypatch.setattr(number_table, "MAX_BYTES", 1 << 20)
     row = b"0.5,0.0,0.0\n"
     bomb = gzip.compress(b"t_s,cmd_1_rad,enc_1_rad\n" + row * (20 << 20 >> 3))
     folder = session_folder(tmp_path / "s", bomb, ONE_JOINT.replace("run.csv", "run.csv.gz"), "run.csv.gz")
@@ -47,9 +45,7 @@ def test_a_torn_gzip_is_one_line(tmp_path: Path) -> None:
 
 
 def test_too_many_cells_are_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from snakebot.runlog import table
-
-    monkeypatch.setattr(table, "MAX_CELLS", 1000)
+    monkeypatch.setattr(number_table, "MAX_CELLS", 1000)
     rows = "".join(f"{i},0,0\n" for i in range(5000))
     folder = session_folder(tmp_path / "s", "t_s,cmd_1_rad,enc_1_rad\n" + rows)
     with pytest.raises(BadInputError, match="more than 1000 cells"):

@@ -11,12 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
+from snakebot.physics.model import STANDARD_GRAVITY_M_S2
 from snakebot.robot import load_robot, robot_from_mapping
 from snakebot.studies import sweep as sweeps
 from snakebot.studies.friction import (
-    GRAVITY_M_S2,
     Measurement,
     fit_friction,
     forces,
@@ -25,8 +26,9 @@ from snakebot.studies.friction import (
 )
 from snakebot.studies.hyperredundancy import fault_cases
 from snakebot.studies.near_optimum import near_optimum
-from snakebot.studies.pareto import SPEED, front_of, paper_grid, pareto
+from snakebot.studies.pareto import front_of, paper_grid, pareto
 from snakebot.studies.speed import speed_study
+from snakebot.studies.sweep import SPEED
 
 ROBOT = load_robot("penn_state")
 OPTIMUM = Gait.from_degrees(66, 80, 2)
@@ -75,7 +77,7 @@ def test_a_sweep_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.Monkey
     computed: list[int] = []
     real = sweeps.compute
 
-    def interrupted(given: sweeps.Conditions, gaits: sweeps.Vector) -> sweeps.Vector:
+    def interrupted(given: sweeps.Conditions, gaits: Floats) -> Floats:
         if len(computed) == 2:
             raise KeyboardInterrupt
         computed.append(len(gaits))
@@ -84,9 +86,12 @@ def test_a_sweep_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(sweeps, "compute", interrupted)
     with pytest.raises(KeyboardInterrupt):
         sweeps.sweep(conditions, FEW, tmp_path)
-    monkeypatch.setattr(
-        sweeps, "compute", lambda given, gaits: (computed.append(len(gaits)), real(given, gaits))[1]
-    )
+
+    def counted(given: sweeps.Conditions, gaits: Floats) -> Floats:
+        computed.append(len(gaits))
+        return real(given, gaits)
+
+    monkeypatch.setattr(sweeps, "compute", counted)
     seen: list[tuple[int, int]] = []
     resumed = sweeps.sweep(conditions, FEW, tmp_path, progress=lambda done, total: seen.append((done, total)))
     assert computed == [3, 3, 2]
@@ -198,7 +203,7 @@ def bench_table(noise: float = 0.0, angles: tuple[float, ...] = (0, 7.5, 15)) ->
             turned = math.radians(degrees)
             cos, sin = math.cos(turned), math.sin(turned)
             force = (0.83 * speed * cos + 0.49) * cos + ((51.9 * speed * sin + 2.33) * sin if degrees else 0)
-            incline = math.asin(force / (1.43 * GRAVITY_M_S2)) * (1 + noise * rng.standard_normal())
+            incline = math.asin(force / (1.43 * STANDARD_GRAVITY_M_S2)) * (1 + noise * rng.standard_normal())
             table.append(Measurement(incline, speed, turned))
     return table
 
@@ -219,10 +224,11 @@ def test_the_confidence_intervals_cover_the_truth_nineteen_times_in_twenty() -> 
     hits = tries = 0
     for _ in range(200):
         force = [
-            1.43 * GRAVITY_M_S2 * math.sin(row.incline_rad) + 0.02 * rng.standard_normal() for row in exact
+            1.43 * STANDARD_GRAVITY_M_S2 * math.sin(row.incline_rad) + 0.02 * rng.standard_normal()
+            for row in exact
         ]
         noisy = [
-            Measurement(math.asin(f / (1.43 * GRAVITY_M_S2)), row.belt_speed_m_s, row.link_angle_rad)
+            Measurement(math.asin(f / (1.43 * STANDARD_GRAVITY_M_S2)), row.belt_speed_m_s, row.link_angle_rad)
             for f, row in zip(force, exact, strict=True)
         ]
         fit = fit_friction(noisy, 1.43)
@@ -330,3 +336,27 @@ def test_dissipation_of_a_logged_run_agrees_with_the_simulation(
     with pytest.raises(SystemExit) as ended:
         main(["study", "dissipation", "run.mcap", "--speed", "nan"])
     assert ended.value.code == 2
+
+
+def test_a_grid_has_a_readable_number_in_every_cell_and_says_its_units() -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.colors import to_rgb
+
+    from snakebot.studies.figures import grid_figure
+    from snakebot.studies.near_optimum import Grid
+
+    alphas, betas = np.arange(30.0, 72.0, 2.0), np.arange(40.0, 145.0, 5.0)
+    values = np.add.outer(alphas, betas) / 500
+    figure = grid_figure(Grid(load_robot("penn_state"), 2.0, alphas, betas, values, 10 * values))
+    speed, _, bar, _ = figure.axes
+    assert len(speed.texts) == alphas.size * betas.size
+    assert speed.get_yticks().tolist() == alphas.tolist()
+    assert bar.get_ylabel() == "speed, m/s"
+    assert "penn_state" in speed.get_title()
+    FigureCanvasAgg(figure).draw()  # type: ignore[no-untyped-call]
+    places = sorted(text.get_window_extent().x0 for text in speed.texts[: betas.size])
+    widths = [text.get_window_extent().width for text in speed.texts[: betas.size]]
+    assert min(np.diff(places)) > max(widths), "numbers touch"
+    darkest, brightest = speed.texts[0], speed.texts[-1]
+    assert sum(to_rgb(darkest.get_color())) > 2
+    assert sum(to_rgb(brightest.get_color())) < 1

@@ -15,7 +15,7 @@ from wire_bench import Bench
 from firmware_protocol.catalogue import Latch, Setpoint, decode
 from firmware_protocol.frame import Frame, ProtocolError
 from snakebot.robot import Robot
-from snakebot.simboard.register import SetpointRegister, Tick
+from snakebot.softboard.register import SetpointRegister, Tick
 
 STEP_RAD = 1e-4  # the wire's resolution
 EARLY_S = 0.020  # by how much a set-point may come early, in all
@@ -188,15 +188,18 @@ def board_ear(robot: Robot) -> Iterator[StepCheck]:
     The time that a step has is counted again here, by the rule of PROTOCOL.md.
     """
     check, clock = StepCheck(robot, "executed", 1.02), ClockCheck(robot)
-    credit_s = executed_s = 0.0
+    credit_s, executed_s = EARLY_S, 0.0
+    heard: SetpointRegister | None = None
     start, follow, execute = SetpointRegister.start, SetpointRegister.follow, SetpointRegister.execute
 
     def hear_start(register: SetpointRegister, t_s: float) -> None:
-        nonlocal credit_s, executed_s
-        credit_s, executed_s = EARLY_S, t_s
+        nonlocal credit_s, executed_s, heard
+        if register is not heard:  # the board was reset
+            heard, credit_s, executed_s = register, EARLY_S, 0.0
+        credit_s, executed_s = min(credit_s + (t_s - executed_s), EARLY_S), t_s
         check.stand()
         start(register, t_s)
-        clock.start(t_s, register.applied_rad)
+        clock.start(t_s, register.servo_rad)
 
     def hear_follow(register: SetpointRegister, joint: int, measured_rad: float) -> None:
         check.stand(joint)
@@ -208,14 +211,14 @@ def board_ear(robot: Robot) -> Iterator[StepCheck]:
         declared_s = tick.interval_s * min(max(tick.step, 1), MAX_GAP)
         available_s = min(credit_s + (t_s - executed_s), declared_s + EARLY_S)
         dt_s = min(declared_s, available_s)
-        before = register.applied_rad
+        before = register.servo_rad
         done = execute(register, tick, t_s)
         if abs(dt_s - MIN_INTERVAL_S) > 1e-9:
             assert done == (dt_s > MIN_INTERVAL_S)
         if done:
             credit_s, executed_s = available_s - dt_s, t_s
-            check.step(before, register.applied_rad, dt_s)
-            clock.execute(t_s, register.applied_rad)
+            check.step(before, register.servo_rad, dt_s)
+            clock.execute(t_s, register.servo_rad)
         return done
 
     with (

@@ -12,7 +12,7 @@ from firmware_protocol.frame import Frame
 from firmware_protocol.framing import StreamDecoder, pack_all
 from snakebot.errors import BadInputError, BoardFaultError, LostBoardError, NoBoardError
 from snakebot.robot import Robot, robot_from_mapping
-from snakebot.simboard.disturbance import BadBus, BadStream, Rates
+from snakebot.softboard.disturbance import BadBus, BadStream, Rates
 
 BAD = Rates(flip=0.01, drop=0.05)
 AWFUL = Rates(flip=0.5, drop=0.5)

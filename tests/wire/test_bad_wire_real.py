@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.slow, pytest.mark.real_time, pytest.mark.timeout(300)]
 
 TOOL = Path(__file__).parents[2] / "tools" / "bad_wire_run.py"
 WIRES = pytest.mark.parametrize("wire", ["pty", "tcp", "bus"])
@@ -20,15 +20,20 @@ TE_RISE = (
 
 
 def through_proxy(wire: str, *rates: str) -> dict[str, Any]:
-    done = subprocess.run(
-        [sys.executable, str(TOOL), "--wire", wire, "--json", *rates], capture_output=True, text=True
-    )
+    words = [sys.executable, str(TOOL), "--wire", wire, "--json", *rates]
+    done = subprocess.run(words, capture_output=True, text=True)
     if "no network namespace" in done.stderr:
         pytest.skip(done.stderr.strip())
     assert done.returncode == 0, done.stdout + done.stderr
     found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     print(f"{wire}: {found['clean_text']}; {found['bad_text']}; {found['te_rise']}")
+    assert found["clean"]["status"] == 0, found["clean_text"]
     return found
+
+
+# Not what these ask: tests/wire/test_bad_wire.py keeps to 100 ms on wires as bad. A host sends as many copies as for
+# 100 ms up to 200; it sends fewer to a board that waits longer, and the tracking error would be another one.
+PATIENT = ("--watchdog-ms", "200")
 
 
 def assert_went_on(found: dict[str, Any]) -> None:
@@ -41,7 +46,7 @@ def assert_went_on(found: dict[str, Any]) -> None:
 
 @WIRES
 def test_one_percent_corrupt_and_five_percent_lost(wire: str) -> None:
-    assert_went_on(through_proxy(wire, "--flip", "0.01", "--drop", "0.05"))
+    assert_went_on(through_proxy(wire, *PATIENT, "--flip", "0.01", "--drop", "0.05"))
 
 
 @WIRES
@@ -49,7 +54,7 @@ def test_every_kind_of_disturbance_together(wire: str) -> None:
     rates = (
         "--flip 0.002 --drop 0.03 --duplicate 0.05 --delay 0.05 --reorder 0.05 --truncate 0.01 --delay-s 0.03"
     )
-    assert_went_on(through_proxy(wire, *rates.split()))
+    assert_went_on(through_proxy(wire, *PATIENT, *rates.split()))
 
 
 @WIRES
@@ -57,5 +62,7 @@ def test_half_of_everything_lost_in_mid_run(wire: str) -> None:
     found = through_proxy(wire, "--awful-after", "4")
     assert found["bad"]["status"] in (4, 5), found["bad_text"]
     assert "Traceback" not in found["bad"]["said"]
-    assert found["mode"] == found["later"]["mode"] == "fault"
+    # The watchdog's fault; or none, where the host gave up first and its relax was heard.
+    assert found["mode"] == found["later"]["mode"]
+    assert found["mode"] in ("fault", "disarmed")
     assert not found["later"]["powered"]

@@ -14,8 +14,9 @@ from wire_bench import Bench
 
 from firmware_protocol.catalogue import EmergencyStop, Mode, encode
 from snakebot.errors import BoardFaultError, HostLateError, LostBoardError, SnakebotError
-from snakebot.simboard.modes import WATCHDOG_S
+from snakebot.softboard.modes import WATCHDOG_MS
 
+WATCHDOG_S = WATCHDOG_MS * 1e-3
 STEP_S = 0.0105  # a tick and the rounding of the virtual clock
 
 
@@ -64,7 +65,7 @@ EXPECTED: dict[Callable[[Bench], None], tuple[type[BaseException], ...]] = {
     rebooted: (BoardFaultError,),
     hung: (LostBoardError,),
     one_way: (BoardFaultError,),
-    stopped_2_s: (BoardFaultError, HostLateError),
+    stopped_2_s: (BoardFaultError,),
     killed: (Killed,),
     stopped_from_elsewhere: (BoardFaultError,),
     terminated: (),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import signal
 import subprocess
@@ -11,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from snakebot.simboard import TcpEnd
+from snakebot.softboard import TcpEnd
 
 ROOT = Path(__file__).parents[2]
 WARNING = "whoever reaches this computer can drive the board"
@@ -26,13 +25,12 @@ def test_a_board_on_tcp_is_for_this_computer() -> None:
 
 
 @pytest.mark.parametrize(("where", "warned"), [("0", False), ("127.0.0.1:0", False), ("0.0.0.0:0", True)])
-def test_a_board_that_more_can_reach_says_so(where: str, warned: bool, tmp_path: Path) -> None:
+def test_a_board_that_more_can_reach_says_so(where: str, warned: bool) -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "snakebot.cli.main", "board", "sim", "--tcp", where],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, "XDG_RUNTIME_DIR": str(tmp_path)},
     )
     assert process.stdout is not None
     port = process.stdout.readline()
@@ -43,11 +41,13 @@ def test_a_board_that_more_can_reach_says_so(where: str, warned: bool, tmp_path:
 
 
 def test_nothing_else_listens() -> None:
-    """The simulated board's TCP end is the only door; a new one has to be written down here."""
+    """The board's TCP end and the socket for a tracker's poses (of this computer alone, unless told otherwise) are the
+    only doors; a new one has to be written down here.
+    """
     opens = re.compile(r"create_server|\.bind\(|http\.server|socketserver|start_server")
     found = {
         path.relative_to(ROOT).as_posix()
         for path in (ROOT / "snakebot").rglob("*.py")
         if opens.search(path.read_text(encoding="utf-8"))
     }
-    assert found == {"snakebot/simboard/ends.py"}
+    assert found == {"snakebot/softboard/ends.py", "snakebot/steering/pose_udp.py"}

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from limits_bench import HostEar, StepCheck, board_ear
+from samples import sample
 from wire_bench import Bench
 
 from firmware_protocol.catalogue import EmergencyStop, Fault, JointMode, encode
@@ -20,7 +21,7 @@ from snakebot.control import JointFault
 from snakebot.errors import BadInputError, BoardFaultError, HostLateError, LostBoardError, NoBoardError
 from snakebot.gait import Gait
 from snakebot.robot import Robot, robot_from_mapping
-from snakebot.simboard.disturbance import Rates
+from snakebot.softboard.disturbance import Rates
 
 DURATION_S, RAMP_S = 2.5, 0.6
 
@@ -37,10 +38,11 @@ joint_limits = st.fixed_dictionaries(
 def robots(draw: st.DrawFn) -> Robot:
     """One limit for all joints, or one a joint."""
     joints = draw(st.sampled_from([1, 2, 3, 4, 5, 6, 7, 16]))
-    limits = draw(joint_limits)
+    one = draw(joint_limits)
+    limits: dict[str, Any] = dict(one)
     if draw(st.booleans()):
         limits = {
-            key: [value * draw(st.floats(0.8, 1.0)) for _ in range(joints)] for key, value in limits.items()
+            key: [value * draw(st.floats(0.8, 1.0)) for _ in range(joints)] for key, value in one.items()
         }
     return robot_from_mapping({"joints": joints, "limits": limits}, "test")
 
@@ -217,17 +219,18 @@ def test_nothing_sent_and_nothing_executed_breaks_a_limit(case: dict[str, Any]) 
 
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
-def test_nothing_breaks_a_limit_in_six_hundred_runs() -> None:
+def test_nothing_breaks_a_limit_in_hundreds_of_runs() -> None:
+    runs = sample(600, 200)
     begun: list[list[StepCheck]] = []
 
-    @settings(max_examples=600, deadline=None)
+    @settings(max_examples=runs, deadline=None)
     @given(cases())
     def many(case: dict[str, Any]) -> None:
         if checks := play(case):
             begun.append(checks)
 
     many()
-    assert len(begun) > 200, "most gaits were refused: nothing was tried"
+    assert len(begun) > runs / 3, "most gaits were refused: nothing was tried"
     for name, each in (
         ("sent", [c for a, b, _ in begun for c in (a, b)]),
         ("executed", [c for *_, c in begun]),

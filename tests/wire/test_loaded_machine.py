@@ -35,8 +35,7 @@ def busy() -> Iterator[None]:
 
 @pytest.mark.usefixtures("busy")
 @pytest.mark.filterwarnings("ignore::snakebot.runlog.reader.LogWarning")
-def test_a_busy_computer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+def test_a_busy_computer(tmp_path: Path) -> None:
     board = subprocess.Popen([*SNAKEBOT, "board", "sim", "--tcp", "0"], stdout=subprocess.PIPE, text=True)
     assert board.stdout is not None
     port = board.stdout.readline().strip().removeprefix("--port ")

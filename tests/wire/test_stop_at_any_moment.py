@@ -38,14 +38,14 @@ def test_an_emergency_stop_is_obeyed_at_any_moment(at: str) -> None:
         assert not any(on for _, _, on in bench.joints.power_changes), "stopped before it had power"
 
 
-def test_a_board_that_is_not_heard_any_more_is_told_to_relax() -> None:
+def test_a_board_that_is_not_heard_any_more_is_stopped() -> None:
     bench = Bench(duration_s=20)
     bench.link._to_host = lambda data: b"" if bench.clock.now_s() > 3 else data  # one wire of two is broken
     with pytest.raises(LostBoardError, match="silent"):
         bench.run()
     bench.rest_of_life(0.1)
     assert not any(bench.joints.powered)
-    assert bench.sim.mode is Mode.DISARMED
+    assert bench.sim.mode is Mode.STOPPED
     assert bench.joints.commands[-1][0] < 3.6
 
 
@@ -69,7 +69,7 @@ def test_a_stop_that_comes_while_a_gait_is_changed_is_not_undone() -> None:
 
     lock = Between()
     loop._changing = lock  # type: ignore[assignment]
-    changed = []
+    changed: list[float] = []
 
     def change() -> None:
         if loop.progress.t_s > 3 and not changed:

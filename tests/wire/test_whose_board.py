@@ -11,7 +11,7 @@ from firmware_protocol.catalogue import JointMode, Mode
 from firmware_protocol.frame import Frame
 from snakebot.control import JointFault
 from snakebot.errors import BoardFaultError
-from snakebot.simboard import SimBoard
+from snakebot.softboard import SoftBoard
 
 
 def test_what_another_host_set_just_before_arming_is_set_right() -> None:
@@ -78,13 +78,13 @@ class HalfBlind(LagJoints):
 def blind_bench(once_in: int, *faults: JointFault) -> Bench:
     bench = Bench(duration_s=3, faults=faults)
     bench.joints = HalfBlind(once_in)
-    bench.sim = bench.link.board = SimBoard(bench.robot, plant=bench.joints, boot_seed=0)
+    bench.sim = bench.link.board = SoftBoard(bench.robot, plant=bench.joints, boot_seed=0)
     return bench
 
 
 def test_a_joint_that_cannot_be_read_gets_no_power() -> None:
     bench = blind_bench(0)
-    with pytest.raises(BoardFaultError, match=r"no angle of joint 3 for 5 s.*--fault free:3"):
+    with pytest.raises(BoardFaultError, match=r"no angle of joint 3 for 10 s.*--fault free:3"):
         bench.run()
     assert not any(on for _, _, on in bench.joints.power_changes)
 

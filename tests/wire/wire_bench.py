@@ -16,8 +16,8 @@ from snakebot.control import RunLoop
 from snakebot.gait import Gait, GaitMotion
 from snakebot.robot import Robot, load_robot
 from snakebot.runlog.records import Event, Tick
-from snakebot.simboard import InProcessLink, SimBoard
-from snakebot.simboard.disturbance import BadBus, BadStream, Rates
+from snakebot.softboard import InProcessLink, SoftBoard
+from snakebot.softboard.disturbance import BadBus, BadStream, Rates
 
 PENN_STATE = load_robot("penn_state")
 GAIT = Gait.from_degrees(66, 80, 2)
@@ -78,7 +78,7 @@ class Memory:
     def ignore(self, *_: Any) -> None:
         pass
 
-    pose = link_statistics = telemetry = frame = ignore
+    pose = link_statistics = telemetry = steering = frame = ignore
 
 
 class WireLink(InProcessLink):
@@ -100,7 +100,7 @@ class WireLink(InProcessLink):
 class BusLink(WireLink):
     """A link of whole frames, as CAN is: both directions are disturbed as frames and packed again."""
 
-    def __init__(self, board: SimBoard, clock: VirtualClock, out: BadBus, back: BadBus) -> None:
+    def __init__(self, board: SoftBoard, clock: VirtualClock, out: BadBus, back: BadBus) -> None:
         from firmware_protocol.framing import unpack
 
         def through(bus: BadBus) -> Callable[[bytes], bytes]:
@@ -132,7 +132,7 @@ class Bench:
         if on is None:
             self.clock = VirtualClock()
             self.joints = LagJoints(robot.joints, counts_per_rev=robot.encoder_counts_per_rev)
-            self.sim = SimBoard(robot, plant=self.joints, boot_seed=seed, **(board or {}))
+            self.sim = SoftBoard(robot, plant=self.joints, boot_seed=seed, **(board or {}))
         else:
             self.clock, self.joints, self.sim = on.clock, on.joints, on.sim
         rates = rates or Rates()

@@ -39,7 +39,7 @@ sys.addaudithook(watch)
 """
 
 SERVE = """
-import contextlib, io, json, traceback
+import contextlib, io, json, time, traceback
 if hasattr(os, "sched_setscheduler"):  # whoever asks from a realtime thread must not starve the board beside it
     os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 replies = os.fdopen(os.dup(1), "w")
@@ -50,6 +50,7 @@ for line in sys.stdin:
     os.chdir(room)
     said = io.StringIO()
     status = 0
+    begun = time.process_time()
     with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
         try:
             main(words)
@@ -59,19 +60,23 @@ for line in sys.stdin:
             said.write(traceback.format_exc())
             status = 1
     os.chdir("/")
-    replies.write(json.dumps([status, said.getvalue().strip()[-500:]]) + chr(10))
+    replies.write(json.dumps([status, said.getvalue().strip()[-500:], time.process_time() - begun]) + chr(10))
     replies.flush()
 """
 
 
 @dataclass(frozen=True)
 class Answered:
-    """``status``: that of ``snakebot diagnose``; -1: out of time. ``answer``: what it wrote, as text."""
+    """``status``: that of ``snakebot diagnose``; -1: out of time. ``answer``: what it wrote, as text.
+
+    ``seconds`` went by; ``cpu_s`` were spent computing, on all cores together.
+    """
 
     status: int
     said: str
     seconds: float
     answer: str | None
+    cpu_s: float = 0.0
 
     @property
     def mapping(self) -> dict[str, Any] | None:
@@ -80,9 +85,15 @@ class Answered:
 
 @dataclass
 class Diagnostician:
-    """One such process; ``forbidden``: the beginning of all paths that are not for it. Not for several threads."""
+    """One such process; not for several threads.
+
+    Attributes:
+        forbidden: the beginning of all paths that are not for it.
+        source: a checkout whose snakebot is to answer; that of this interpreter if None.
+    """
 
     forbidden: Path
+    source: Path | None = None
     _process: subprocess.Popen[str] | None = field(default=None, repr=False)
     _replies: SimpleQueue[str | None] = field(default_factory=SimpleQueue, repr=False)
     _served: int = 0
@@ -93,10 +104,10 @@ class Diagnostician:
         with tempfile.TemporaryDirectory(prefix="case_") as room:
             shutil.copytree(folder, Path(room) / "session")
             words = ["diagnose", "session", "--json", "answer.json", "--quiet", *extra]
-            status, said = self._serve(room, words, limit_s)
+            status, said, cpu_s = self._serve(room, words, limit_s)
             path = Path(room) / "answer.json"
             answer = path.read_text() if status == 0 and path.exists() else None
-        return Answered(status, said, round(time.monotonic() - begun, 1), answer)
+        return Answered(status, said, round(time.monotonic() - begun, 1), answer, round(cpu_s, 1))
 
     def close(self) -> None:
         if self._process is not None:
@@ -104,7 +115,8 @@ class Diagnostician:
             self._process.wait()
             self._process = None
 
-    def _serve(self, room: str, words: list[str], limit_s: float) -> tuple[int, str]:
+    def _serve(self, room: str, words: list[str], limit_s: float) -> tuple[int, str, float]:
+        """Exit status, last words and CPU seconds."""
         if self._served >= CASES_PER_PROCESS:
             self.close()
         process = self._process or self._start()
@@ -118,17 +130,19 @@ class Diagnostician:
             reply = None
         except Empty:
             self.close()
-            return -1, f"no answer in {limit_s:.0f} s"
+            return -1, f"no answer in {limit_s:.0f} s", 0.0
         if reply is None:
             self.close()
-            return 1, "the process that diagnoses has ended"
-        status, said = json.loads(reply)
-        return int(status), str(said)
+            return 1, "the process that diagnoses has ended", 0.0
+        status, said, cpu_s = json.loads(reply)
+        return int(status), str(said), float(cpu_s)
 
     def _start(self) -> subprocess.Popen[str]:
         environment = os.environ | dict.fromkeys(
             ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
         )
+        if self.source is not None:
+            environment["PYTHONPATH"] = str(self.source.resolve())
         process = subprocess.Popen(
             [sys.executable, "-c", GUARD + SERVE, str(self.forbidden.resolve())],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=environment,

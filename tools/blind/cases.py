@@ -1,23 +1,26 @@
 """Which cases there are, and how large their effects: drawn from a seed, scaled to the noise floor.
 
+Robots have 3 to 12 joints, other lags, rates and motions, all of which the session says.
+
 The floor of a case is what robots like its own differ by from the nominal one without any effect: mass, friction, lag
-and play a few per cent off, plus sensor noise. One robot alone would not do: one that happens to be nearly nominal has
-hardly a floor, and an effect of ten such floors is one that nobody could tell from healthy robots. The size of
-an effect is the RMS of what it adds, over that floor: of the joint readings or, for effects of the body, of the path of
-the centre of mass.
+and play off within their tolerance, plus sensor noise. One robot alone would not do: one that happens to be nearly
+nominal has hardly a floor, and an effect of ten such floors is one that nobody could tell from healthy robots. The
+size of an effect is the RMS of what it adds, over that floor: of the joint readings or, for effects of the body, of the
+path of the centre of mass.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from blind.chain import Table
-from blind.faults import FAULTS, KNOWN, UNKNOWN, draw_joints
-from blind.robot import Parameters, Recording, Robot, gait_command, real_robot
+from blind.chain import Floats
+from blind.faults import FAULTS, KNOWN, UNKNOWN, Fault, draw_joints, go_together
+from blind.motions import Motion, draw_motions
+from blind.robot import Build, Parameters, Recording, Robot, real_robot
 
 # First seed of each set, a million each, and the sizes it draws from: no two have any in common.
 SETS: dict[str, tuple[int, tuple[float, ...]]] = {
@@ -25,11 +28,17 @@ SETS: dict[str, tuple[int, tuple[float, ...]]] = {
     "calibrate": (200_000_000, (1.9, 4.2, 13.0)),
     "score": (300_000_000, (1.5, 3.0, 10.0)),
     "reduced": (400_000_000, (3.6, 5.0, 8.0)),  # for a test of the suite: large enough to be named
+    "worn": (500_000_000, (0.5,)),  # see ``worn``: a dominant fault has half of the gap or more
 }
 PER_SET = 1_000_000
-RATE_HZ = 100.0
+RATES_HZ = (50.0, 100.0, 100.0, 200.0)  # one is drawn
+LAGS_S = (
+    0.015,
+    0.08,
+)  # bounds of the nominal lag, evenly in its logarithm; the built-in robot's for half of the cases
+JOINTS_FROM_TO = (3, 12)  # as many as the built-in robot has for half of the cases
 DURATION_S = 10.0
-GAITS = 5
+MOTIONS = 5
 OTHER_ROBOTS = 3  # whose floor counts beside that of the case's own
 PROBE_S = 5.0  # length of the runs that set the size of an effect
 # Shares of the strata. The rest are single effects.
@@ -44,6 +53,8 @@ class Effect:
     joints: list[int] | None  # 1-based
     values: dict[str, float]
     size: float  # over the floor, as reached
+    share: float | None = None  # of the gap of a worn robot; see ``worn``
+    dominant: bool = False
 
 
 @dataclass(frozen=True)
@@ -55,6 +66,7 @@ class Label:
     effects: list[Effect]
     floor_rad: float
     floor_m: float
+    joints: int = 5  # of the robot
 
     def mapping(self) -> dict[str, Any]:
         return asdict(self)
@@ -66,19 +78,29 @@ class Case:
 
     label: Label
     exclude: str | None  # taken out of the library when it is answered; for some a decoy
-    gaits: list[tuple[float, float, float]]
+    motions: list[Motion]
+    build: Build
     parameters: Parameters
     rng: np.random.Generator
 
     def runs(self) -> list[Recording]:
-        """Once: the gaits, and the first one again."""
-        robot = Robot(self.parameters)
-        t = np.arange(round(DURATION_S * RATE_HZ)) / RATE_HZ
-        return [robot.run(t, gait_command(t, *gait), self.rng) for gait in [*self.gaits, self.gaits[0]]]
+        """Once: the motions, and the first one again."""
+        robot, t = Robot(self.parameters), ticks(self.build, DURATION_S)
+        return [
+            robot.run(t, motion.command(t, self.build.joints), self.rng)
+            for motion in [*self.motions, self.motions[0]]
+        ]
+
+
+def ticks(build: Build, duration_s: float) -> Floats:
+    """Times (T,) at which a robot is commanded and read."""
+    return np.arange(round(duration_s * build.rate_hz)) / build.rate_hz
 
 
 def shares_of(set_name: str) -> dict[str, float]:
     """Shares of the strata in a set."""
+    if set_name == "worn":
+        return {"worn": 1.0}
     return STRATA_TO_SCORE if set_name == "score" else STRATA
 
 
@@ -102,8 +124,8 @@ def plan(
     if stratum == "left_out":
         return stratum, (KNOWN[(7 * number + 1) % len(KNOWN)],)
     names = [n for n in KNOWN if FAULTS[n].scaled and n != "encoder_noise"]
-    first, second = rng.choice(names, 2, replace=False)
-    return stratum, (str(first), str(second))
+    first = str(rng.choice(names))
+    return stratum, (first, str(rng.choice([n for n in names if go_together(first, n)])))
 
 
 def _size_index(number: int, cases: int, rng: np.random.Generator, shares: Mapping[str, float]) -> int:
@@ -115,6 +137,10 @@ def _size_index(number: int, cases: int, rng: np.random.Generator, shares: Mappi
 
 def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
     """The n-th of so many cases of a seed."""
+    if set_name == "worn":
+        from blind.worn import make_worn
+
+        return make_worn(seed, number)
     first, sizes = SETS[set_name]
     if not 0 <= seed < PER_SET:
         raise ValueError(f"--seed {seed}: 0 to {PER_SET - 1}")
@@ -122,12 +148,14 @@ def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
     shares = shares_of(set_name)
     stratum, names = plan(number, cases, rng, shares)
     asked = float(sizes[_size_index(number, cases, rng, shares)]) * float(rng.uniform(0.97, 1.03))
-    real = real_robot(rng)
-    gaits = [_draw_gait(rng) for _ in range(GAITS)]
-    floor = _floor(real, gaits, int(rng.integers(1 << 31)))
+    build = draw_build(rng)
+    real = real_robot(rng, build)
+    motions = draw_motions(rng, MOTIONS, build.joints)
+    stage = Stage(build, motions)
+    floor = floor_of(real, stage, int(rng.integers(1 << 31)))
     faulty, effects = real.copy(), []
     for name in names:
-        faulty, effect = _put_in(name, faulty, real, gaits, floor, asked, rng)
+        faulty, effect = _put_in(name, faulty, real, stage, floor, asked, rng)
         effects.append(effect)
     if stratum == "left_out":
         exclude: str | None = names[0]
@@ -136,51 +164,83 @@ def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
         if rng.random() < STRATA["left_out"] / (1 - STRATA["left_out"]):
             others = [n for n in KNOWN if n not in names]
             exclude = str(rng.choice(others))
-    label = Label(stratum, round(asked, 3), effects, floor[0], floor[1])
-    return Case(label, exclude, gaits, faulty, rng)
+    label = Label(stratum, round(asked, 3), effects, floor[0], floor[1], build.joints)
+    return Case(label, exclude, motions, build, faulty, rng)
 
 
-def _draw_gait(rng: np.random.Generator) -> tuple[float, float, float]:
-    """alpha, beta in rad, omega in rad/s; slow ones swing wide, as on a real robot."""
-    omega = float(np.exp(rng.uniform(np.log(1.0), np.log(5.0))))
-    alpha = float(np.radians(min(70.0, rng.uniform(90.0, 150.0) / omega)))
-    return alpha, float(np.radians(rng.uniform(60, 100))), omega
+def draw_build(rng: np.random.Generator) -> Build:
+    """What the lab says of a robot."""
+    joints = (
+        Build().joints if rng.random() < 0.5 else int(rng.integers(JOINTS_FROM_TO[0], JOINTS_FROM_TO[1] + 1))
+    )
+    lag_s = Build().lag_s if rng.random() < 0.5 else float(np.exp(rng.uniform(*np.log(LAGS_S))))
+    return Build(joints, round(lag_s, 4), float(rng.choice(RATES_HZ)))
 
 
-def _probes(
-    parameters: Parameters, gaits: list[tuple[float, float, float]], seed: int, noiseless: bool
-) -> tuple[Table, Table]:
-    """Readings (T, k) and path (T, 2) on the slowest and the fastest gait."""
-    t = np.arange(round(PROBE_S * RATE_HZ)) / RATE_HZ
-    order = sorted(gaits, key=lambda g: g[2])
+@dataclass(frozen=True)
+class Stage:
+    """On what the size of an effect is taken."""
+
+    build: Build
+    motions: list[Motion]
+
+
+def probes(parameters: Parameters, stage: Stage, seed: int, noiseless: bool) -> tuple[Floats, Floats]:
+    """Readings (T, k) and path (T, 2) on the slowest and the fastest motion."""
+    t = ticks(stage.build, PROBE_S)
+    order = sorted(stage.motions, key=lambda motion: motion.omega_rad_s)
     robot = Robot(parameters.noiseless() if noiseless else parameters)
-    made = [robot.run(t, gait_command(t, *g), np.random.default_rng(seed)) for g in (order[0], order[-1])]
+    made = [
+        robot.run(t, motion.command(t, stage.build.joints), np.random.default_rng(seed))
+        for motion in (order[0], order[-1])
+    ]
     return np.concatenate([m.encoder_rad for m in made]), np.concatenate([m.pose[:, :2] for m in made])
 
 
-def _rms(table: Table) -> float:
+def rms(table: Floats) -> float:
     return float(np.sqrt(np.mean(table**2)))
 
 
-def _floor(real: Parameters, gaits: list[tuple[float, float, float]], seed: int) -> tuple[float, float]:
+def floor_of(real: Parameters, stage: Stage, seed: int) -> tuple[float, float]:
     """RMS between real robots without an effect, this one and others, and the nominal one: rad a joint, m."""
     rng = np.random.default_rng(seed)
-    should_rad, should_m = _probes(Parameters(), gaits, seed, noiseless=True)
+    should_rad, should_m = probes(Parameters.of(stage.build), stage, seed, noiseless=True)
     found = [
-        _probes(robot, gaits, seed, noiseless=False)
-        for robot in (real, *(real_robot(rng) for _ in range(OTHER_ROBOTS)))
+        probes(robot, stage, seed, noiseless=False)
+        for robot in (real, *(real_robot(rng, stage.build) for _ in range(OTHER_ROBOTS)))
     ]
     return (
-        _rms(np.stack([is_rad - should_rad for is_rad, _ in found])),
-        _rms(np.stack([is_m - should_m for _, is_m in found])),
+        rms(np.stack([is_rad - should_rad for is_rad, _ in found])),
+        rms(np.stack([is_m - should_m for _, is_m in found])),
     )
+
+
+def scaled(fault: Fault, size: float, gap: Callable[[float], float]) -> tuple[float, float]:
+    """The magnitude of a fault that leaves a gap of this size, within a tenth if it can; and the size reached."""
+    magnitude = float(np.sqrt(fault.low * fault.high))
+    reached = gap(magnitude)
+    if not fault.scaled:
+        return magnitude, reached
+    low, high = np.log(fault.low), np.log(fault.high)
+    for _ in range(12):
+        if abs(np.log(max(reached, 1e-9) / size)) < 0.1:
+            break
+        if reached < size:
+            low = np.log(magnitude)
+        else:
+            high = np.log(magnitude)
+        guess = np.log(magnitude) + np.log(size / max(reached, 1e-9))  # as if proportional
+        inside = low + 0.1 * (high - low) < guess < high - 0.1 * (high - low)
+        magnitude = float(np.exp(guess if inside else 0.5 * (low + high)))
+        reached = gap(magnitude)
+    return magnitude, reached
 
 
 def _put_in(
     name: str,
     onto: Parameters,
     real: Parameters,
-    gaits: list[tuple[float, float, float]],
+    stage: Stage,
     floor: tuple[float, float],
     size: float,
     rng: np.random.Generator,
@@ -190,10 +250,10 @@ def _put_in(
     The gap is the RMS over the joints at fault, so that one bad joint of five is as visible there as five.
     """
     fault = FAULTS[name]
-    joints = draw_joints(name, rng)
-    at = np.arange(JOINT_COUNT) if joints is None else joints
+    joints = draw_joints(name, rng, real.joint_count)
+    at = np.arange(real.joint_count) if joints is None else joints
     choices = int(rng.integers(1 << 31))
-    clean_rad, clean_m = _probes(real, gaits, choices, noiseless=True)
+    clean_rad, clean_m = probes(real, stage, choices, noiseless=True)
     body = fault.stage == "body"
 
     def gap(magnitude: float) -> float:
@@ -203,30 +263,13 @@ def _put_in(
         p = p.noiseless()
         if noise is not None:
             p.reading_noise_rad = noise
-        rad, metres = _probes(p, gaits, choices, noiseless=name != "encoder_noise")
-        return _rms(metres - clean_m) / floor[1] if body else _rms((rad - clean_rad)[:, at]) / floor[0]
+        rad, metres = probes(p, stage, choices, noiseless=name != "encoder_noise")
+        return rms(metres - clean_m) / floor[1] if body else rms((rad - clean_rad)[:, at]) / floor[0]
 
-    magnitude = float(np.sqrt(fault.low * fault.high))
-    reached = gap(magnitude)
-    if fault.scaled:
-        low, high = np.log(fault.low), np.log(fault.high)
-        for _ in range(12):
-            if abs(np.log(max(reached, 1e-9) / size)) < 0.1:
-                break
-            if reached < size:
-                low = np.log(magnitude)
-            else:
-                high = np.log(magnitude)
-            guess = np.log(magnitude) + np.log(size / max(reached, 1e-9))  # as if proportional
-            inside = low + 0.1 * (high - low) < guess < high - 0.1 * (high - low)
-            magnitude = float(np.exp(guess if inside else 0.5 * (low + high)))
-            reached = gap(magnitude)
+    magnitude, reached = scaled(fault, size, gap)
     faulty = onto.copy()
     values = fault.apply(faulty, at, magnitude, np.random.default_rng(choices))
     listed = None if joints is None else [int(j) + 1 for j in joints]
     return faulty, Effect(
         name, fault.stage, listed, {k: float(v) for k, v in values.items()}, round(reached, 3)
     )
-
-
-JOINT_COUNT = Parameters().joints.shape[1]

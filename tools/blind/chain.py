@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Table = NDArray[np.float64]
+Floats = NDArray[np.float64]
 
 GRAVITY_M_S2 = 9.80665
 DT_S = 2e-4
@@ -56,7 +56,7 @@ MOTOR, RATE, INTEGRAL_STATE, BRISTLE_STATE, SHAPED, SHAPED_RATE, SWAY, SWAY_RATE
 GROUND = ("slope_rad", "bump_m", "bump_rad_m", "bump_phase_rad", "sag_per_nm")
 
 
-def chain_xml(links: Table) -> str:
+def chain_xml(links: Floats) -> str:
     """MJCF of a planar chain: link 1 slides and turns freely, each further link hangs on the one before."""
     out = [
         f'<mujoco><option timestep="{DT_S!r}" integrator="Euler" gravity="0 0 0">'
@@ -76,13 +76,13 @@ def chain_xml(links: Table) -> str:
             f'diaginertia="{inertia!r} {inertia!r} {inertia!r}"/>'
             f'<geom type="sphere" size="0.001" pos="{at!r} 0 0" contype="0" conaffinity="0"/>'
         )
-    return "".join(out) + "</body>" * links.shape[1] + "</worldbody></mujoco>"
+    return "".join(out) + "</body>" * len(links[0]) + "</worldbody></mujoco>"
 
 
 class Chain:
     """One robot body; ``run`` starts from rest, straight, centre of mass in the origin."""
 
-    def __init__(self, links: Table) -> None:
+    def __init__(self, links: Floats) -> None:
         import mujoco
 
         self.links = np.ascontiguousarray(links)
@@ -94,15 +94,15 @@ class Chain:
         self._step.restype = None
 
     def run(
-        self, joints: Table, ground: Table, arrival_s: Table, setpoint_rad: Table, sample_s: Table
-    ) -> tuple[Table, Table, Table]:
+        self, joints: Floats, ground: Floats, arrival_s: Floats, setpoint_rad: Floats, sample_s: Floats
+    ) -> tuple[Floats, Floats, Floats]:
         """Joint angles (T, k), what a swaying mount adds to their readings (T, k), pose (T, 3), at ``sample_s``.
 
         Set-points take hold at ``arrival_s``, rising; before the first one the servos hold the straight pose.
         """
         return self.start(joints).go_on(joints, ground, arrival_s, setpoint_rad, sample_s)[:3]
 
-    def start(self, joints: Table) -> Going:
+    def start(self, joints: Floats) -> Going:
         """The chain at rest, to be moved on bit by bit."""
         data = self._mujoco.MjData(self._model)
         half, mass = self.links[HALF], self.links[MASS]
@@ -118,13 +118,13 @@ class Chain:
 class Going:
     """A chain on its way. ``state`` and ``moment`` are rows of ``STATE_ROWS`` and (time, pull of all motors)."""
 
-    def __init__(self, chain: Chain, data: Any, state: Table) -> None:
+    def __init__(self, chain: Chain, data: Any, state: Floats) -> None:
         self.chain, self.data, self.state = chain, data, state
         self.moment = np.zeros(2)
 
     def go_on(
-        self, joints: Table, ground: Table, arrival_s: Table, setpoint_rad: Table, sample_s: Table
-    ) -> tuple[Table, Table, Table, int]:
+        self, joints: Floats, ground: Floats, arrival_s: Floats, setpoint_rad: Floats, sample_s: Floats
+    ) -> tuple[Floats, Floats, Floats, int]:
         """As ``Chain.run``, from where it stands to a step past the last sample; also, how many set-points held."""
         data, k = self.data, joints.shape[1]
         angle, sway = np.zeros((sample_s.size, k)), np.zeros((sample_s.size, k))

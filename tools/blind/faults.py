@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from math import radians
 
 import numpy as np
 
-from blind.robot import JOINTS, LINKS, LOOP_LAG_S, NOMINAL_LAG_S, Parameters
+from blind.robot import JOINTS, LOOP_LAG_S, Parameters
 
 Truth = dict[str, float]
 Draw = np.random.Generator
@@ -65,7 +66,7 @@ def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
 
 @fault("servo_lag", "servo", 0.03, 20.0)
 def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
-    lag = NOMINAL_LAG_S * (1 + m)
+    lag = p.nominal_lag_s * (1 + m)
     p.joint("lag_s")[at] = lag - LOOP_LAG_S
     return {"time_constant_s": lag}
 
@@ -74,7 +75,7 @@ def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
 def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
     damping = float(rng.uniform(0.25, 0.7))
     inner = 0.002
-    frequency = 2 * damping / ((NOMINAL_LAG_S - inner - LOOP_LAG_S) * (1 + m))  # at m = 0 late as nominal
+    frequency = 2 * damping / ((p.nominal_lag_s - inner - LOOP_LAG_S) * (1 + m))  # at m = 0 late as nominal
     p.joint("natural_rad_s")[at] = frequency
     p.joint("damping")[at] = damping
     p.joint("lag_s")[at] = inner
@@ -206,14 +207,14 @@ def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
 
 @fault("wheel_drag", "body", 0.02, 8.0, per_joint=False)
 def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
-    link = int(rng.integers(LINKS))
+    link = int(rng.integers(p.links.shape[1]))
     p.link("ct0")[link] += m
     return {"link": link + 1.0, "extra_n": m}
 
 
 @fault("payload", "body", 0.05, 10.0, per_joint=False)
 def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
-    link = int(rng.integers(LINKS))
+    link = int(rng.integers(p.links.shape[1]))
     p.link("mass_kg")[link] += m
     return {"link": link + 1.0, "mass_kg": m}
 
@@ -241,7 +242,7 @@ def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
 def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
     """A share of the next joint's set-point leaks into a joint's own."""
     for j in at:
-        p.mixing[j, (j + 1) % JOINTS] += m
+        p.mixing[j, (j + 1) % p.joint_count] += m
     return {}
 
 
@@ -275,18 +276,40 @@ def _(p: Parameters, at: np.ndarray, m: float, rng: Draw) -> Truth:
     return {}
 
 
+@cache
+def go_together(first: str, second: str) -> bool:
+    """Whether both can be in one robot: where one undoes or scales what the other wrote, a label would be void.
+
+    Tried out, on all joints: it must not matter which is put in first.
+    """
+    if first == second:
+        return False
+    for seed in range(8):  # some draw what they write
+        made = []
+        for order in ((first, second), (second, first)):
+            p = Parameters()
+            for name in order:
+                f = FAULTS[name]
+                magnitude = (f.low * f.high) ** 0.5 * (1.1 if name == first else 0.9)
+                f.apply(p, np.arange(p.joint_count), magnitude, np.random.default_rng(seed))
+            made.append(vars(p))
+        if not all(np.allclose(made[0][key], made[1][key], rtol=1e-12, atol=0.0) for key in made[0]):
+            return False
+    return True
+
+
 KNOWN = tuple(name for name, f in FAULTS.items() if f.known)
 UNKNOWN = tuple(name for name, f in FAULTS.items() if not f.known)
 
 
-def draw_joints(name: str, rng: Draw) -> np.ndarray | None:
+def draw_joints(name: str, rng: Draw, count: int = JOINTS) -> np.ndarray | None:
     """0-based joints at fault; all of them for half of the cases that can; None where joints have no say."""
     f = FAULTS[name]
     if not f.per_joint:
         return None
     if name == "wiring" and rng.random() < 0.5:
-        first = int(rng.integers(JOINTS - 1))
+        first = int(rng.integers(count - 1))
         return np.array([first, first + 1])
     if f.scaled and rng.random() < 0.5:
-        return np.arange(JOINTS)
-    return np.array([int(rng.integers(JOINTS))])
+        return np.arange(count)
+    return np.array([int(rng.integers(count))])

@@ -5,20 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import yaml
 
-from blind.chain import Table
-from blind.robot import JOINTS, NOMINAL_LAG_S
+from blind.chain import Floats
 
 
-def read_run(path: Path) -> tuple[Table, Table, Table, Table]:
+def read_run(path: Path) -> tuple[Floats, Floats, Floats, Floats]:
     """t (T,), command (T, k), encoder (T, k), pose (T, 3)."""
     table = np.loadtxt(path, delimiter=",", skiprows=1)
-    return table[:, 0], table[:, 1 : 1 + JOINTS], table[:, 1 + JOINTS : 1 + 2 * JOINTS], table[:, -3:]
+    k = (table.shape[1] - 4) // 2
+    return table[:, 0], table[:, 1 : 1 + k], table[:, 1 + k : 1 + 2 * k], table[:, -3:]
 
 
-def run_features(t_s: Table, command: Table, encoder: Table, pose: Table) -> Table:
+def run_features(t_s: Floats, command: Floats, encoder: Floats, pose: Floats, lag_s: float) -> Floats:
     """Of the residual beside the nominal lag: offset, size, gain, delay, growth, turns, scatter; and the speed."""
-    keep = np.exp(-np.diff(t_s)[0] / NOMINAL_LAG_S)
+    keep = np.exp(-np.diff(t_s)[0] / lag_s)
     should = np.zeros_like(command)
     for i in range(1, t_s.size):
         should[i] = command[i - 1] + (should[i - 1] - command[i - 1]) * keep
@@ -46,9 +47,11 @@ def run_features(t_s: Table, command: Table, encoder: Table, pose: Table) -> Tab
     return np.concatenate([*spread, moved, turned])
 
 
-def session_features(folder: Path) -> Table:
+def session_features(folder: Path) -> Floats:
     """Mean and spread over the runs, and how far the repeat lies from the run it repeats."""
     runs = [read_run(path) for path in sorted(folder.glob("run_*.csv"))]
-    rows = np.array([run_features(*run) for run in runs])
+    told = yaml.safe_load((folder / "session.yaml").read_text(encoding="ascii"))
+    lag_s = float(told["robot"]["servo"]["time_constant_s"])
+    rows = np.array([run_features(*run, lag_s) for run in runs])
     apart = (runs[0][2] - runs[-1][2]).std(axis=0)
     return np.concatenate([rows.mean(axis=0), rows.std(axis=0), [apart.mean(), apart.max()]])

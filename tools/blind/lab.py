@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from blind.cases import RATE_HZ, Case
-from blind.robot import JOINTS, LINK_ROWS, Parameters, Recording, Robot
+from blind.cases import Case, ticks
+from blind.chain import LINK_ROWS
+from blind.robot import JOINTS, Parameters, Recording, Robot
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion, Motion, ProbeMotion, check_motion, parse_probe
 from snakebot.robot import load_robot
@@ -27,7 +28,7 @@ class Experiment:
     lifted: bool = False
 
 
-def proposed(command: str) -> Experiment:
+def proposed(command: str, joints: int = JOINTS) -> Experiment:
     """What ``snakebot run ...`` in a proposal asks for.
 
     Raises:
@@ -49,21 +50,21 @@ def proposed(command: str) -> Experiment:
     duration = DURATION_S if asked.duration is None else asked.duration
     ramp = RAMP_S if asked.ramp is None else asked.ramp
     if asked.probe is not None:
-        motion: Motion = ProbeMotion(parse_probe(asked.probe), JOINTS, duration, ramp)
+        motion: Motion = ProbeMotion(parse_probe(asked.probe), joints, duration, ramp)
         return Experiment(motion, None, asked.probe, asked.lifted)
     gait = Gait.from_degrees(asked.alpha, asked.beta, asked.omega, asked.offset)
-    return Experiment(GaitMotion(gait, JOINTS, duration, ramp), _words(gait), None, asked.lifted)
+    return Experiment(GaitMotion(gait, joints, duration, ramp), _words(gait), None, asked.lifted)
 
 
-def at_random(rng: np.random.Generator) -> Experiment:
+def at_random(rng: np.random.Generator, joints: int = JOINTS) -> Experiment:
     """A safe gait drawn evenly from what a user may ask for: the control."""
-    robot = load_robot("penn_state")
+    robot = load_robot("penn_state").model_copy(update={"joints": joints})
     while True:
         gait = Gait.from_degrees(
             rng.uniform(2, 80), rng.uniform(40, 120), float(np.exp(rng.uniform(np.log(0.5), np.log(6.0)))),
             rng.uniform(-15, 15),
         )  # fmt: skip
-        motion = GaitMotion(gait, JOINTS, DURATION_S, RAMP_S)
+        motion = GaitMotion(gait, joints, DURATION_S, RAMP_S)
         try:
             check_motion(motion, robot)
         except BadInputError:
@@ -93,7 +94,7 @@ class Lab:
             self._robots[lifted] = Robot(
                 off_the_ground(self.case.parameters) if lifted else self.case.parameters
             )
-        t = np.arange(round(experiment.motion.duration_s * RATE_HZ)) / RATE_HZ
+        t = ticks(self.case.build, experiment.motion.duration_s)
         return self._robots[lifted].run(t, experiment.motion.sampled(t), rng)
 
 

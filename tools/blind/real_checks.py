@@ -1,7 +1,7 @@
 """Verdicts on real recordings against what was expected of them beforehand.
 
 The expectations are data (``real_expectations.yaml``, which lists the kinds of checks); here is what each kind means.
-An answer is the JSON of ``snakebot diagnose`` (schema snakebot.diagnosis/1).
+An answer is the JSON of ``snakebot diagnose`` (schema snakebot.diagnosis/2).
 """
 
 from __future__ import annotations
@@ -161,19 +161,19 @@ def _load(rule: Rule, answer: Answer, claim: float) -> Outcome:
     if claimed:
         return True, _told(claimed)
     rest = answer["unexplained"]
-    open_rest = answer["verdict"] == "unexplained" and bool(rest["significant"])
+    open_rest = answer["verdict"] in ("partly", "unexplained") and bool(rest["significant"])
     return open_rest, f"{answer['verdict']}, rest {rest['share']:.2f}; {_told(answer['causes'])}"
 
 
 def _where_matches(rule: Rule, answer: Answer, claim: float) -> Outcome:
-    if answer["verdict"] != "unexplained":
+    if answer["verdict"] not in ("partly", "unexplained"):
         return None, answer["verdict"]
     told = f"{answer['unexplained']['where']}; {answer['where']['regime']}"
     return re.search(rule["words"], told) is not None, told
 
 
 def _rest_matches(rule: Rule, answer: Answer, claim: float) -> Outcome:
-    if answer["verdict"] != "unexplained":
+    if answer["verdict"] not in ("partly", "unexplained"):
         return None, answer["verdict"]
     told = answer["unexplained"]["where"]
     return re.search(rule["words"], told) is not None, told

@@ -5,15 +5,15 @@ Body and servos are in ``chain``; here are its numbers, its board (wire, clock, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import radians
+from typing import Any
 
 import numpy as np
 
-from blind.chain import JOINT_ROWS, LINK_ROWS, Chain, Table
+from blind.chain import JOINT_ROWS, LINK_ROWS, Chain, Floats
 
-LINKS = 6
-JOINTS = LINKS - 1
+JOINTS = 5  # of the robot that the built-in description holds; others have more or fewer
 COUNTS_PER_REV = 8192
 SETPOINT_STEP_RAD = 1e-4
 WIRE_S = 0.001  # what a command needs from the host to the servo; the lab's 30 ms hold it
@@ -33,42 +33,85 @@ _SERVO = {
 }  # fmt: skip
 
 
-def _joint_table() -> Table:
-    return np.array([[_SERVO.get(row, 0.0)] * JOINTS for row in JOINT_ROWS])
+@dataclass(frozen=True)
+class Build:
+    """What the user's simulation believes of a robot, and how fast it is commanded and read.
+
+    All are as long and heavy as the built-in one, cut into as many links: its servos would not move a longer one.
+    """
+
+    joints: int = JOINTS
+    lag_s: float = NOMINAL_LAG_S
+    rate_hz: float = 100.0
+
+    @property
+    def link(self) -> dict[str, float]:
+        """The numbers of each link."""
+        share = (JOINTS + 1) / (self.joints + 1)
+        return {row: round(share * value, 4) for row, value in NOMINAL_LINK.items()}
+
+
+def _joint_table(build: Build) -> Floats:
+    lighter = (
+        min(1.0, (JOINTS + 1) / (build.joints + 1)) ** 1.5
+    )  # links want less damping, or a step overshoots
+    servo = {**_SERVO, "lag_s": build.lag_s - LOOP_LAG_S, "gear_nm_s_rad": lighter * _SERVO["gear_nm_s_rad"]}
+    return np.array([[servo.get(row, 0.0)] * build.joints for row in JOINT_ROWS])
+
+
+def _link_table(build: Build) -> Floats:
+    return np.array([[build.link[row]] * (build.joints + 1) for row in LINK_ROWS], dtype=float)
 
 
 @dataclass
 class Parameters:
     """All numbers of one real robot. Effects change them; ``joint`` and ``link`` give one row to write to."""
 
-    joints: Table = field(default_factory=_joint_table)
-    links: Table = field(
-        default_factory=lambda: np.array([[NOMINAL_LINK[row]] * LINKS for row in LINK_ROWS], dtype=float)
-    )
-    ground: Table = field(default_factory=lambda: np.array([0.0, 0.0, 10.0, 0.0, 0.0]))
-    mixing: Table = field(
+    joints: Floats = field(default_factory=lambda: _joint_table(Build()))
+    links: Floats = field(default_factory=lambda: _link_table(Build()))
+    ground: Floats = field(default_factory=lambda: np.array([0.0, 0.0, 10.0, 0.0, 0.0]))
+    mixing: Floats = field(
         default_factory=lambda: np.eye(JOINTS)
     )  # set-point that arrives = mixing @ commanded
+    delay_s: Floats = field(default_factory=lambda: np.zeros(JOINTS))  # of each joint, beside the wire
+    nominal_lag_s: float = NOMINAL_LAG_S  # that the user's simulation believes
     latency_s: float = WIRE_S
     latency_jitter_s: float = 0.0
     loss: float = 0.0
     clock_ppm: float = 0.0
-    reading_gain: Table = field(default_factory=lambda: np.ones(JOINTS))
-    reading_offset_rad: Table = field(default_factory=lambda: np.zeros(JOINTS))
-    reading_wave_rad: Table = field(default_factory=lambda: np.zeros((2, JOINTS)))  # amplitude, phase
-    reading_noise_rad: Table = field(default_factory=lambda: np.zeros(JOINTS))
+    reading_gain: Floats = field(default_factory=lambda: np.ones(JOINTS))
+    reading_offset_rad: Floats = field(default_factory=lambda: np.zeros(JOINTS))
+    reading_wave_rad: Floats = field(default_factory=lambda: np.zeros((2, JOINTS)))  # amplitude, phase
+    reading_noise_rad: Floats = field(default_factory=lambda: np.zeros(JOINTS))
     quantised: bool = True
     pose_noise_m: float = 0.0
     pose_noise_rad: float = 0.0
 
-    def joint(self, row: str) -> Table:
-        return self.joints[JOINT_ROWS.index(row)]
+    @classmethod
+    def of(cls, build: Build) -> Parameters:
+        """Those of a nominal robot."""
+        k = build.joints
+        return cls(
+            joints=_joint_table(build), links=_link_table(build), mixing=np.eye(k), delay_s=np.zeros(k),
+            nominal_lag_s=build.lag_s, reading_gain=np.ones(k), reading_offset_rad=np.zeros(k),
+            reading_wave_rad=np.zeros((2, k)), reading_noise_rad=np.zeros(k),
+        )  # fmt: skip
 
-    def link(self, row: str) -> Table:
-        return self.links[LINK_ROWS.index(row)]
+    @property
+    def joint_count(self) -> int:
+        return int(self.joints.shape[1])
+
+    def joint(self, row: str) -> Floats:
+        values: Floats = self.joints[JOINT_ROWS.index(row)]
+        return values
+
+    def link(self, row: str) -> Floats:
+        values: Floats = self.links[LINK_ROWS.index(row)]
+        return values
 
     def copy(self) -> Parameters:
-        return Parameters(**{k: v.copy() if isinstance(v, np.ndarray) else v for k, v in vars(self).items()})
+        arrays: dict[str, Any] = {k: v.copy() for k, v in vars(self).items() if isinstance(v, np.ndarray)}
+        return replace(self, **arrays)
 
     def noiseless(self) -> Parameters:
         """The same robot read by perfect sensors over a steady wire."""
@@ -79,30 +122,30 @@ class Parameters:
         return clean
 
 
-# By how much a healthy robot may be off. The draws are cut there: a lag that is farther off is a gap, not background.
-MOST_OFF = {"mass": 0.03, "friction": 0.05, "lag": 0.05}
+# What a healthy robot may be off by: one standard deviation, and nothing is cut off. Shares, but for the wire in
+# seconds. They are what a session says of a robot whose numbers nobody has measured (the contract of sessions).
+TOLERANCE = {"mass": 0.03, "friction": 0.05, "lag": 0.06, "wire": 0.001}
+ALIKE = 0.8  # share of the variance that links, or joints, of one robot have in common: they are of one batch
 
 
-def _spread(rng: np.random.Generator, common: float, each: float, count: int, most: float) -> Table:
-    """Factors (count,) about one, alike but for ``each``; drawn again until none is off by more than ``most``."""
-    while True:
-        factor = np.exp(common * rng.normal() + each * rng.normal(size=count))
-        if np.abs(factor - 1).max() < most:
-            return np.asarray(factor)
+def _factors(rng: np.random.Generator, spread: float, count: int) -> Floats:
+    """Factors (count,) about one, normal with this standard deviation; none is below a tenth."""
+    common, own = rng.normal(), rng.normal(size=count)
+    return np.asarray(np.maximum(1 + spread * (ALIKE**0.5 * common + (1 - ALIKE) ** 0.5 * own), 0.1))
 
 
-def real_robot(rng: np.random.Generator) -> Parameters:
-    """A robot as it left the workshop: everything a few per cent off, sensors noisy, gears with a trace of play."""
-    p = Parameters()
-    p.link("mass_kg")[:] *= _spread(rng, 0.015, 0.01, LINKS, MOST_OFF["mass"])
+def real_robot(rng: np.random.Generator, build: Build | None = None) -> Parameters:
+    """A healthy robot: everything off within the tolerance, sensors noisy, gears with a trace of play."""
+    build = build or Build()
+    p, k = Parameters.of(build), build.joints
+    p.link("mass_kg")[:] *= _factors(rng, TOLERANCE["mass"], k + 1)
     for row in ("ct", "cn", "ct0", "cn0"):
-        p.link(row)[:] *= _spread(rng, 0.025, 0.01, LINKS, MOST_OFF["friction"])
-    p.latency_s, p.latency_jitter_s = WIRE_S + rng.uniform(-0.0003, 0.0003), 0.0002
-    wire = p.latency_s - WIRE_S + p.latency_jitter_s * (2 / np.pi) ** 0.5  # late in the mean
-    room = MOST_OFF["lag"] - abs(wire) / NOMINAL_LAG_S  # wire and servo together keep within the bound
-    p.joint("lag_s")[:] += NOMINAL_LAG_S * (_spread(rng, 0.025, 0.01, JOINTS, room) - 1)
-    p.joint("play_rad")[:] = np.radians(rng.uniform(0.0, 0.05, JOINTS))
-    p.joint("coulomb_nm")[:] = rng.uniform(0.003, 0.02, JOINTS)
+        p.link(row)[:] *= _factors(rng, TOLERANCE["friction"], k + 1)
+    # a wire cannot be early: what would be stays at nothing
+    p.latency_s, p.latency_jitter_s = max(0.0, WIRE_S + TOLERANCE["wire"] * rng.normal()), 0.0002
+    p.joint("lag_s")[:] += build.lag_s * (_factors(rng, TOLERANCE["lag"], k) - 1)
+    p.joint("play_rad")[:] = np.radians(rng.uniform(0.0, 0.05, k))
+    p.joint("coulomb_nm")[:] = rng.uniform(0.003, 0.02, k)
     p.ground[4] = rng.uniform(0.0, 0.002)  # the supply gives way a little when all motors pull
     p.clock_ppm = rng.normal(0.0, 20.0)
     p.reading_noise_rad[:] = np.radians(rng.uniform(0.03, 0.06))
@@ -114,10 +157,10 @@ def real_robot(rng: np.random.Generator) -> Parameters:
 class Recording:
     """What a lab has after a run: times, commands, readings, pose."""
 
-    t_s: Table
-    command_rad: Table
-    encoder_rad: Table
-    pose: Table
+    t_s: Floats
+    command_rad: Floats
+    encoder_rad: Floats
+    pose: Floats
 
 
 class Robot:
@@ -127,7 +170,7 @@ class Robot:
         self.parameters = parameters
         self._chain = Chain(parameters.links)
 
-    def run(self, t_s: Table, command_rad: Table, rng: np.random.Generator) -> Recording:
+    def run(self, t_s: Floats, command_rad: Floats, rng: np.random.Generator) -> Recording:
         p = self.parameters
         ticks = t_s.size
         wire_s = p.latency_s + p.latency_jitter_s * np.abs(rng.normal(size=ticks))
@@ -137,9 +180,8 @@ class Robot:
         setpoint = command_rad @ p.mixing.T
         if p.quantised:
             setpoint = np.round(setpoint / SETPOINT_STEP_RAD) * SETPOINT_STEP_RAD
-        angle, sway, pose = self._chain.run(
-            p.joints, p.ground, arrival[there], setpoint[there], np.ascontiguousarray(t_s)
-        )
+        arrival, setpoint = _each_late(arrival[there], setpoint[there], p.delay_s)
+        angle, sway, pose = self._chain.run(p.joints, p.ground, arrival, setpoint, np.ascontiguousarray(t_s))
         wave, phase = p.reading_wave_rad
         reading = p.reading_gain * (angle + sway) + p.reading_offset_rad + wave * np.sin(angle + phase)
         reading = reading + p.reading_noise_rad * rng.normal(size=reading.shape)
@@ -150,10 +192,31 @@ class Robot:
         return Recording(t_s, command_rad, reading, pose + scatter * rng.normal(size=pose.shape))
 
 
+def _each_late(arrival_s: Floats, setpoint_rad: Floats, delay_s: Floats) -> tuple[Floats, Floats]:
+    """Times and rows of set-points of which each joint takes its own so much later."""
+    if not delay_s.any():
+        return arrival_s, setpoint_rad
+    times = np.unique(arrival_s[:, None] + delay_s)
+    rows = np.zeros((times.size, delay_s.size))
+    for j, late in enumerate(delay_s):
+        at = np.searchsorted(arrival_s + late, times, side="right") - 1
+        rows[:, j] = np.where(at < 0, 0.0, setpoint_rad[at, j])
+    return times, rows
+
+
 def gait_command(
-    t_s: Table, alpha_rad: float, beta_rad: float, omega_rad_s: float, ramp_s: float = 1.0
-) -> Table:
+    t_s: Floats,
+    alpha_rad: float,
+    beta_rad: float,
+    omega_rad_s: float,
+    ramp_s: float = 1.0,
+    joints: int = JOINTS,
+) -> Floats:
     """phi_i = alpha sin(omega t + (i - 1) beta), swelling from rest over ``ramp_s``. Shape (T, joints)."""
+    return swell(t_s, ramp_s) * alpha_rad * np.sin(omega_rad_s * t_s[:, None] + np.arange(joints) * beta_rad)
+
+
+def swell(t_s: Floats, ramp_s: float) -> Floats:
+    """From nought to one over ``ramp_s``, without a jerk; (T, 1)."""
     s = np.clip(t_s / ramp_s, 0, 1)[:, None]
-    swell = s**3 * (10 - 15 * s + 6 * s**2)
-    return swell * alpha_rad * np.sin(omega_rad_s * t_s[:, None] + np.arange(JOINTS) * beta_rad)
+    return np.asarray(s**3 * (10 - 15 * s + 6 * s**2))

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-ALL_JOINTS = [1, 2, 3, 4, 5]
+from blind.worn_scores import LEAST, dominant_named, share_errors
+
 PLAIN = 2.7  # reached size from which an effect counts as "at 3 floors or more"
 LOW_PROBABILITY = 0.5
 Answer = dict[str, Any]
@@ -60,12 +61,12 @@ def stage_right(label: Label, answer: Answer | None) -> bool:
 
 
 def joints_right(label: Label, answer: Answer | None) -> bool:
-    should = label["effects"][0]["joints"] or ALL_JOINTS
+    should = label["effects"][0]["joints"] or list(range(1, label.get("joints", 5) + 1))
     return answer is not None and sorted(answer["where"]["joints"]) == sorted(should)
 
 
 def unexplained(answer: Answer | None) -> bool:
-    return answer is not None and answer["verdict"] == "unexplained"
+    return answer is not None and answer["verdict"] in ("partly", "unexplained")
 
 
 def has_cause_or_gap(answer: Answer | None) -> bool:
@@ -113,7 +114,9 @@ def probabilities(pairs: Sequence[Pair]) -> tuple[np.ndarray, np.ndarray]:
     """Probability and truth of every cause in every answer; of an unanswered case there is none."""
     p, right = [], []
     for label, answer in pairs:
-        true = {e["name"] for e in label["effects"]} if label["stratum"] != "left_out" else set()
+        true = {e["name"] for e in label["effects"] if e.get("share") is None or e["share"] >= LEAST}
+        if label["stratum"] == "left_out":
+            true = set()
         for cause in answer["causes"] if answer else ():
             p.append(float(cause["probability"]))
             right.append(bool(true & group(cause)))
@@ -215,6 +218,17 @@ def figures(pairs: Sequence[Pair], oracle: dict[int, float] | None = None) -> li
         _statistic(
             "closure_speed", "closure of forward speed, body >= 3x, median", ">= 0.95", 0.95, [speeds],
             lambda x: float(np.median(x)), least=True,
+        ),
+    ]  # fmt: skip
+    worn = of("worn")
+    rows += [
+        share(
+            "worn", "dominant fault of a worn robot named", ">= 85 %", 0.85, None,
+            [dominant_named(*x) for x in worn],
+        ),
+        share(
+            "worn_shares", "shares of a worn robot's gap within .1", ">= 85 %", 0.85, None,
+            [error <= 0.1 for x in worn for error in share_errors(*x)],
         ),
     ]  # fmt: skip
     lost = [w - mine for i, w in (oracle or {}).items() if (mine := closed(*pairs[i])) is not None]

@@ -1,51 +1,57 @@
 """A case as a session folder that tells nothing but its signals.
 
-All files of all folders have the same names, sizes and time stamps: every number is written to a fixed width.
+All files of all folders have the same names and time stamps, and those of robots with as many joints and the same rate
+the same sizes: every number is written to a fixed width.
 """
 
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from blind.cases import Case
-from blind.robot import COUNTS_PER_REV, JOINTS, LINKS, NOMINAL_LAG_S, NOMINAL_LINK, Recording
+from blind.motions import Motion
+from blind.robot import COUNTS_PER_REV, Recording
 
 STAMP_S = 1_600_000_000  # of every file and folder
 
-_HEADER = ",".join(
-    ["t_s"]
-    + [f"cmd_{j}_rad" for j in range(1, JOINTS + 1)]
-    + [f"enc_{j}_rad" for j in range(1, JOINTS + 1)]
-    + ["x_m", "y_m", "heading_rad"]
-)
+
+def _header(joints: int) -> str:
+    columns = [f"{what}_{j}_rad" for what in ("cmd", "enc") for j in range(1, joints + 1)]
+    return ",".join(["t_s", *columns, "x_m", "y_m", "heading_rad"])
 
 
 def write_session(folder: Path, case: Case) -> None:
     """Raises FileExistsError where the folder is there already."""
-    folder.mkdir()
-    runs = case.runs()
-    names = [f"run_{i + 1:02d}.csv" for i in range(len(runs))]
-    gaits = [*case.gaits, case.gaits[0]]
-    link = NOMINAL_LINK
+    link = case.build.link
     lines = [
         "robot:",
-        f"  links: {LINKS}",
+        f"  links: {case.build.joints + 1}",
         f"  half_length_m: {link['half_length_m']}",
         f"  link_mass_kg: {link['mass_kg']}",
         f"  friction: {{ct: {link['ct']}, cn: {link['cn']}, ct0: {link['ct0']}, cn0: {link['cn0']}}}",
-        f"  servo: {{time_constant_s: {NOMINAL_LAG_S}}}",
+        f"  servo: {{time_constant_s: {case.build.lag_s:06.4f}}}",
         f"  encoder_counts_per_rev: {COUNTS_PER_REV}",
-        "runs:",
     ]
-    for i, (name, (alpha, beta, omega)) in enumerate(zip(names, gaits, strict=True)):
+    folder.mkdir()
+    write_runs(folder, lines, case.motions, case.runs())
+
+
+def write_runs(folder: Path, robot: list[str], motions: Sequence[Motion], runs: Sequence[Recording]) -> None:
+    """Into an empty folder: what the lab says of its robot, and runs of the motions, the first of them once more."""
+    names = [f"run_{i + 1:02d}.csv" for i in range(len(runs))]
+    lines = [*robot, "runs:"]
+    for i, (name, motion) in enumerate(zip(names, [*motions, motions[0]], strict=True)):
         lines.append(f"  - file: {name}")
-        lines.append(
-            f"    gait: {{alpha_deg: {np.degrees(alpha):010.6f}, beta_deg: {np.degrees(beta):010.6f}, "
-            f"omega_rad_s: {omega:08.6f}}}"
-        )
+        if motion.is_gait:
+            lines.append(
+                f"    gait: {{alpha_deg: {np.degrees(motion.alpha_rad):010.6f}, "
+                f"beta_deg: {np.degrees(motion.beta_rad):010.6f}, omega_rad_s: {motion.omega_rad_s:08.6f}, "
+                f"offset_deg: {np.degrees(motion.offset_rad):+010.6f}}}"
+            )
         if i == len(names) - 1:
             lines.append(f"    repeat_of: {names[0]}")
     _put(folder / "session.yaml", "\n".join(lines) + "\n")
@@ -82,7 +88,7 @@ def add_run(
 def _table(run: Recording) -> str:
     rows = np.column_stack([run.t_s, run.command_rad, run.encoder_rad, run.pose])
     text = [",".join(f"{v:+011.6f}" for v in row) for row in rows]
-    return "\n".join([_HEADER, *text]) + "\n"
+    return "\n".join([_header(run.command_rad.shape[1]), *text]) + "\n"
 
 
 def _put(path: Path, text: str) -> None:

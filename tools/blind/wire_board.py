@@ -20,9 +20,10 @@ from blind.wire_plant import BlindPlant
 from snakebot.clock import MonotonicClock
 from snakebot.links import Link
 from snakebot.robot import load_robot
-from snakebot.simboard import PtyEnd, SimBoard, serve
+from snakebot.softboard import PtyEnd, SoftBoard, serve
 
 ROBOT = "penn_state"  # what the lab believes it has
+WATCHDOG_MS = 200  # for a computer that stands still now and then; a host sends as many copies as for 100 ms
 
 
 def open_end(carrier: str) -> Link:
@@ -41,8 +42,13 @@ def main() -> None:
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
-    threading.Thread(target=lambda: (sys.stdin.buffer.read(), stop.set()), daemon=True).start()
-    board = SimBoard(load_robot(ROBOT), plant=BlindPlant(parameters, seed))
+
+    def stop_with_parent() -> None:
+        sys.stdin.buffer.read()
+        stop.set()
+
+    threading.Thread(target=stop_with_parent, daemon=True).start()
+    board = SoftBoard(load_robot(ROBOT), plant=BlindPlant(parameters, seed), watchdog_ms=WATCHDOG_MS)
     end = open_end(sys.argv[1])
     print(end.port, flush=True)
     try:

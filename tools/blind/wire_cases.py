@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from blind.cases import Effect, Label
-from blind.chain import Table
+from blind.chain import Floats
 from blind.faults import FAULTS, draw_joints
 from blind.robot import Parameters, Robot, gait_command, real_robot
 
@@ -33,6 +33,8 @@ UNKNOWN = (
 )
 OMEGA_RAD_S = ((0.9, 1.4), (1.8, 2.6), (3.2, 4.5))  # of the gaits of a wire case
 _PROBE_RATE_HZ = 100.0
+PLAIN = 3.0  # floors: what an effect of these sets moves its robot by at least
+_TRIES = 50  # robots drawn for one case
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ def draw_case(seed: int, number: int, gaits: list[Gait] | None = None) -> WireCa
     """The n-th case of a seed, on gaits of its own or on those given.
 
     Raises:
-        ValueError: no such seed.
+        ValueError: no such seed, or no robot in which the effect is plain to see.
     """
     if not 0 <= seed < PER_SET:
         raise ValueError(f"--seed {seed}: 0 to {PER_SET - 1}")
@@ -60,23 +62,44 @@ def draw_case(seed: int, number: int, gaits: list[Gait] | None = None) -> WireCa
     if name == "unknown":
         name, low, high = UNKNOWN[int(rng.integers(len(UNKNOWN)))]
     chosen = gaits or _gaits(rng)
-    real = real_robot(rng)
-    floor = _apart(_probes(Parameters(), chosen, clean=True), _probes(real, chosen, clean=False))
-    faulty, effects = real.copy(), []
-    if stratum != "no_gap":
-        fault, joints = FAULTS[name], draw_joints(name, rng)
-        at = np.arange(real.joints.shape[1]) if joints is None else joints
-        values = fault.apply(faulty, at, float(np.exp(rng.uniform(np.log(low), np.log(high)))), rng)
-        off = _apart(_probes(real, chosen, clean=True), _probes(faulty, chosen, clean=True), at)
-        size = off[1] / floor[1] if fault.stage == "body" else off[0] / floor[0]
-        listed = None if joints is None else [int(j) + 1 for j in joints]
-        effects.append(
-            Effect(name, fault.stage, listed, {k: float(v) for k, v in values.items()}, round(size, 3))
+    for _ in range(_TRIES):
+        real = real_robot(rng)
+        floor = _apart(_probes(Parameters(), chosen, clean=True), _probes(real, chosen, clean=False))
+        faulty, effects = real.copy(), []
+        if stratum != "no_gap":
+            effects.append(
+                _put_in(
+                    name, float(np.exp(rng.uniform(np.log(low), np.log(high)))), faulty, chosen, floor, rng
+                )
+            )
+        if all(effect.size >= PLAIN for effect in effects):
+            break
+    else:
+        raise ValueError(
+            f"--seed {seed}: no {name} stands out of its robot in case {number}; choose another seed"
         )
     asked = effects[0].size if effects else 0.0
     label = Label(stratum, asked, effects, *floor)
     carrier = ("pty", "can")[(number + seed) % 2]
     return WireCase(label, faulty, chosen, carrier, int(rng.integers(1 << 31)))
+
+
+def _put_in(
+    name: str,
+    magnitude: float,
+    faulty: Parameters,
+    gaits: list[Gait],
+    floor: tuple[float, float],
+    rng: np.random.Generator,
+) -> Effect:
+    """Put a fault into the robot; its size is counted in floors (rad, m)."""
+    real, fault, joints = faulty.copy(), FAULTS[name], draw_joints(name, rng)
+    at = np.arange(real.joints.shape[1]) if joints is None else joints
+    values = fault.apply(faulty, at, magnitude, rng)
+    off = _apart(_probes(real, gaits, clean=True), _probes(faulty, gaits, clean=True), at)
+    size = off[1] / floor[1] if fault.stage == "body" else off[0] / floor[0]
+    listed = None if joints is None else [int(j) + 1 for j in joints]
+    return Effect(name, fault.stage, listed, {k: float(v) for k, v in values.items()}, round(size, 3))
 
 
 def _gaits(rng: np.random.Generator) -> list[Gait]:
@@ -89,7 +112,7 @@ def _gaits(rng: np.random.Generator) -> list[Gait]:
     return made
 
 
-def _probes(parameters: Parameters, gaits: list[Gait], *, clean: bool) -> list[tuple[Table, Table]]:
+def _probes(parameters: Parameters, gaits: list[Gait], *, clean: bool) -> list[tuple[Floats, Floats]]:
     """Readings (T, k) and path (T, 2) on each gait, two cycles or 4 s."""
     robot = Robot(parameters.noiseless() if clean else parameters)
     made = []
@@ -102,7 +125,7 @@ def _probes(parameters: Parameters, gaits: list[Gait], *, clean: bool) -> list[t
 
 
 def _apart(
-    first: list[tuple[Table, Table]], second: list[tuple[Table, Table]], at: np.ndarray | None = None
+    first: list[tuple[Floats, Floats]], second: list[tuple[Floats, Floats]], at: np.ndarray | None = None
 ) -> tuple[float, float]:
     """RMS between two robots: of the joints (rad) and of the path (m)."""
     joints = np.concatenate([b[0] - a[0] for a, b in zip(first, second, strict=True)])

@@ -1,4 +1,4 @@
-"""The blind robot behind a board: what ``snakebot.simboard`` asks of the joints behind it (``JointPlant``).
+"""The blind robot behind a board: what ``snakebot.softboard`` asks of the joints behind it (``JointPlant``).
 
 The board brings protocol, limiter and watchdog; servos, body, ground, sensors and the delays behind the board are the
 blind robot's own.
@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from blind import chain as ch
-from blind.chain import Chain, Table
+from blind.chain import Chain, Floats
 from blind.robot import COUNTS_PER_REV, SETPOINT_STEP_RAD, Parameters
 
 _SPEED_OVER_S = 1e-4
@@ -39,7 +39,7 @@ class BlindPlant:
         self._joints = parameters.joints.copy()  # who has no power is written into it
         self._now_s = 0.0
         self._arrival_s: deque[float] = deque()
-        self._coming: deque[Table] = deque()
+        self._coming: deque[Floats] = deque()
         self._last_arrival_s = 0.0
         self._commanded = False
 
@@ -90,7 +90,7 @@ class BlindPlant:
             self._arrival_s.popleft()
             self._coming.popleft()
 
-    def _stands(self) -> tuple[Table, float]:
+    def _stands(self) -> tuple[Floats, float]:
         """Generalised positions now, and by how much the chain is behind."""
         data = self._going.data
         behind_s = self._now_s - float(self._going.moment[0])

@@ -129,7 +129,7 @@ def _cause(cause: dict[str, Any]) -> str:
 def named(label: dict[str, Any], answer: dict[str, Any]) -> bool:
     """Whether the answer is right: the effect is in the first cause's group, or nothing was said where nothing is."""
     if label["stratum"] == "unknown":
-        return bool(answer["verdict"] == "unexplained")
+        return bool(answer["verdict"] in ("partly", "unexplained"))
     if not label["effects"]:
         return bool(answer["verdict"] == "no_gap" and not answer["causes"])
     cause = first_cause(answer)

@@ -10,9 +10,9 @@
 #include "modes.h"
 #include "setpoint.h"
 
-#define SB_PROTOCOL_MAJOR 1u
+#define SB_PROTOCOL_MAJOR 2u
 #define SB_PROTOCOL_MINOR 0u
-#define SB_FIRMWARE_MAJOR 1u
+#define SB_FIRMWARE_MAJOR 2u
 #define SB_FIRMWARE_MINOR 0u
 #define SB_FIRMWARE_PATCH 0u
 
@@ -26,7 +26,8 @@ struct sb_board {
     uint16_t boot_id;
     uint16_t sequence; /* of the set-point that was executed last */
     bool first;        /* since arming */
-    uint32_t executed_us; /* or armed */
+    bool button;       /* the hardware's emergency stop was pressed when it was looked at last */
+    uint32_t executed_us; /* or armed, or reset */
     uint16_t sample;
     uint16_t received;
     uint16_t corrupt; /* frames; the decoder counts packets */

@@ -59,7 +59,10 @@ bool hal_can_read(struct sb_frame *frame);
 /* Queue a frame for CAN; where it does not fit, drop it. */
 void hal_can_write(const struct sb_frame *frame);
 
-/* Read what was stored last; false if nothing was, or it is damaged. */
+/*
+ * Read what was stored last; false if nothing was, or it is damaged. A port that finds something damaged reports a fault
+ * of the hardware (internal) as long as it lasts: without its trims and zeros a board must not be armed.
+ */
 bool hal_parameters_load(struct sb_parameters *parameters);
 
 /* Store it. Called only while the servos have no power, and only when something has changed. */

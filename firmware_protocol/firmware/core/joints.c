@@ -25,6 +25,11 @@ float *sb_limit(struct sb_limits *limits, uint8_t kind)
     }
 }
 
+static float trim_rad(const struct sb_joints *joints, uint8_t joint)
+{
+    return (float)joints->trim[joint] * SB_ANGLE_STEP_RAD;
+}
+
 void sb_joints_reset(struct sb_joints *joints, const struct sb_config *config)
 {
     memset(joints, 0, sizeof *joints);
@@ -34,6 +39,15 @@ void sb_joints_reset(struct sb_joints *joints, const struct sb_config *config)
     if (!hal_parameters_load(&joints->parameters)) {
         memset(&joints->parameters, 0, sizeof joints->parameters);
     }
+    for (uint8_t i = 0u; i < SB_MAX_JOINTS; i++) {
+        int16_t *trim = &joints->parameters.trim[i];
+        if ((*trim > SB_MOST_TRIM) || (*trim < -SB_MOST_TRIM)) {
+            *trim = 0; /* no request has stored that */
+        }
+        joints->trim[i] = *trim;
+        joints->limiter.applied_rad[i] = trim_rad(joints, i);
+    }
+    sb_limiter_reset(&joints->limiter);
     for (uint8_t i = 0u; i < config->joints; i++) {
         hal_servo_off(i);
     }
@@ -52,7 +66,7 @@ static void read_one(struct sb_joints *joints, uint8_t joint)
     joints->counts[joint] = (int32_t)((uint32_t)counts - (uint32_t)(int32_t)joints->parameters.zero_counts[joint]);
     if (!joints->powered[joint]) {
         const float angle_rad = (float)joints->counts[joint] * (TWO_PI / (float)joints->config->counts_per_rev);
-        sb_limiter_follow(&joints->limiter, joint, angle_rad);
+        sb_limiter_follow(&joints->limiter, joint, angle_rad + trim_rad(joints, joint));
     }
 }
 
@@ -66,9 +80,7 @@ void sb_joints_read(struct sb_joints *joints)
 static void command_one(const struct sb_joints *joints, uint8_t joint)
 {
     const struct sb_servo *servo = &joints->config->servos[joint];
-    const float trim_rad = (float)joints->parameters.trim[joint] * SB_ANGLE_STEP_RAD;
-    const float angle_rad = joints->limiter.applied_rad[joint] + trim_rad;
-    const float pulse_ns = (float)servo->centre_ns + angle_rad * (float)servo->ns_per_rad;
+    const float pulse_ns = (float)servo->centre_ns + joints->limiter.applied_rad[joint] * (float)servo->ns_per_rad;
     const float safe_ns = fminf(fmaxf(pulse_ns, (float)servo->shortest_ns), (float)servo->longest_ns);
     hal_servo_pulse(joint, (uint32_t)lroundf(safe_ns));
 }
@@ -93,6 +105,7 @@ void sb_joints_power(struct sb_joints *joints, bool powered)
             read_one(joints, i); /* it starts where it is: nothing jumps */
             if (joints->known[i]) {
                 joints->powered[i] = true;
+                joints->trim[i] = joints->parameters.trim[i]; /* a change is made under the limits, from now on */
                 command_one(joints, i);
             }
         } else {
@@ -102,13 +115,14 @@ void sb_joints_power(struct sb_joints *joints, bool powered)
     }
 }
 
-static float target(const struct sb_joints *joints, uint8_t joint, float setpoint_rad)
+/* Where the servo is to be. */
+static float target(const struct sb_joints *joints, uint8_t joint, int16_t setpoint)
 {
     switch (joints->mode[joint]) {
     case ACTIVE:
-        return setpoint_rad;
+        return (float)(setpoint + joints->trim[joint]) * SB_ANGLE_STEP_RAD;
     case RIGID:
-        return joints->hold_rad[joint];
+        return joints->hold_rad[joint] + trim_rad(joints, joint);
     default:
         return joints->limiter.applied_rad[joint];
     }
@@ -118,18 +132,16 @@ bool sb_joints_execute(struct sb_joints *joints, const struct sb_tick *tick, uin
                        bool *clamped)
 {
     const uint32_t interval_us = (uint32_t)lroundf(SB_INTERVAL_STEP_S * 1e6f) * tick->interval;
-    float wanted_rad[SB_MAX_JOINTS] = {0.0f};
     float target_rad[SB_MAX_JOINTS] = {0.0f};
     for (uint8_t i = 0u; i < joints->config->joints; i++) {
-        wanted_rad[i] = (float)tick->angle[i] * SB_ANGLE_STEP_RAD;
-        target_rad[i] = target(joints, i, wanted_rad[i]);
+        target_rad[i] = target(joints, i, tick->angle[i]);
     }
     if (!sb_limiter_execute(&joints->limiter, target_rad, interval_us * gap, elapsed_us)) {
         return false;
     }
     *clamped = false;
     for (uint8_t i = 0u; i < joints->config->joints; i++) {
-        const float changed_rad = fabsf(joints->limiter.applied_rad[i] - wanted_rad[i]);
+        const float changed_rad = fabsf(joints->limiter.applied_rad[i] - target_rad[i]);
         if ((joints->mode[i] == ACTIVE) && (changed_rad > SB_ANGLE_STEP_RAD / 2.0f)) {
             *clamped = true;
         }
@@ -140,7 +152,7 @@ bool sb_joints_execute(struct sb_joints *joints, const struct sb_tick *tick, uin
 
 int16_t sb_joints_applied(const struct sb_joints *joints, uint8_t joint)
 {
-    const float raw = joints->limiter.applied_rad[joint] / SB_ANGLE_STEP_RAD;
+    const float raw = joints->limiter.applied_rad[joint] / SB_ANGLE_STEP_RAD - (float)joints->trim[joint];
     return (int16_t)lroundf(fminf(fmaxf(raw, (float)-LARGEST), (float)LARGEST));
 }
 

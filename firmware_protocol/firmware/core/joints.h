@@ -9,6 +9,12 @@
 #include "limiter.h"
 #include "setpoint.h"
 
+/*
+ * Largest trim, in steps of the wire (0.3 rad). A servo horn sits on a spline of 21 to 25 teeth: the nearest tooth is at
+ * most 0.15 rad off, and the servo's own centre about as much again. More is a horn on the wrong tooth.
+ */
+#define SB_MOST_TRIM 3000
+
 /* How a servo's pulse follows the angle. A negative slope turns a servo that is mounted the other way round. */
 struct sb_servo {
     uint32_t centre_ns; /* pulse at angle 0 */
@@ -30,7 +36,8 @@ struct sb_config {
 struct sb_joints {
     const struct sb_config *config;
     struct sb_parameters parameters;
-    struct sb_limiter limiter;
+    int16_t trim[SB_MAX_JOINTS]; /* in force: as stored when the joint got power last */
+    struct sb_limiter limiter;   /* of what the servos are told: a joint's angle and its trim */
     uint8_t mode[SB_MAX_JOINTS]; /* SNAKEBOT_JOINT_MODE_REQUEST_MODE_... */
     float hold_rad[SB_MAX_JOINTS]; /* rigid: where to */
     bool powered[SB_MAX_JOINTS];
@@ -55,7 +62,7 @@ void sb_joints_command(struct sb_joints *joints);
 bool sb_joints_execute(struct sb_joints *joints, const struct sb_tick *tick, uint32_t gap, uint32_t elapsed_us,
                        bool *clamped);
 
-/* The register in steps of the wire. */
+/* The register in joint angles, without trims, in steps of the wire. */
 int16_t sb_joints_applied(const struct sb_joints *joints, uint8_t joint);
 
 /* The reading as the wire carries it. */

@@ -36,6 +36,28 @@ static float off(struct sb_path path, float target_rad)
     return fabsf(path.angle_rad - target_rad);
 }
 
+static uint32_t credit(uint32_t before_us, uint32_t elapsed_us, uint32_t most_us)
+{
+    /* A day without a set-point must not overflow: more than the most is never used. */
+    const uint32_t earned = (elapsed_us < most_us) ? elapsed_us : most_us;
+    return (before_us + earned < most_us) ? (before_us + earned) : most_us;
+}
+
+void sb_limiter_rest(struct sb_limiter *limiter, uint32_t elapsed_us)
+{
+    limiter->credit_us = credit(limiter->credit_us, elapsed_us, CREDIT_SLACK_US);
+    limiter->dt_before_s = 0.0f;
+    for (uint8_t i = 0u; i < SB_MAX_JOINTS; i++) {
+        const float applied = limiter->applied_rad[i];
+        const struct sb_path slow = limiter->slow[i];
+        const struct sb_path fast = limiter->fast[i];
+        const struct sb_path at_rest = {((off(fast, applied) < off(slow, applied)) ? fast : slow).angle_rad, 0.0f};
+        limiter->target_rad[i] = applied;
+        limiter->slow[i] = at_rest;
+        limiter->fast[i] = at_rest;
+    }
+}
+
 /* One tick of one joint. */
 struct step {
     const struct sb_limits *limits;
@@ -155,15 +177,12 @@ static void move(struct sb_limiter *limiter, uint32_t joint, float wanted_rad, f
 
 bool sb_limiter_execute(struct sb_limiter *limiter, const float *target_rad, uint32_t declared_us, uint32_t elapsed_us)
 {
-    /* A day without a set-point must not overflow: more than the cap is never used. */
-    const uint32_t cap = declared_us + CREDIT_SLACK_US;
-    const uint32_t earned = (elapsed_us < cap) ? elapsed_us : cap;
-    const uint32_t credit = (limiter->credit_us + earned < cap) ? (limiter->credit_us + earned) : cap;
-    const uint32_t dt_us = (declared_us < credit) ? declared_us : credit;
+    const uint32_t available_us = credit(limiter->credit_us, elapsed_us, declared_us + CREDIT_SLACK_US);
+    const uint32_t dt_us = (declared_us < available_us) ? declared_us : available_us;
     if (dt_us < MIN_INTERVAL_US) {
         return false;
     }
-    limiter->credit_us = credit - dt_us;
+    limiter->credit_us = available_us - dt_us;
     const float dt_s = (float)dt_us * 1e-6f;
     for (uint32_t i = 0u; i < limiter->joints; i++) {
         move(limiter, i, target_rad[i], dt_s);

@@ -30,8 +30,14 @@ struct sb_limiter {
     struct sb_path fast[SB_MAX_JOINTS];
 };
 
-/* At rest, with the credit that every stream begins with. The applied angles stay. */
+/* Begin, at rest at the applied angles, with the credit of a sender that comes on time. */
 void sb_limiter_reset(struct sb_limiter *limiter);
+
+/*
+ * Stop where it is; elapsed_us since the last set-point. There is no more credit than this time brings, and of the
+ * paths near what was applied one stays: the slack is not granted anew.
+ */
+void sb_limiter_rest(struct sb_limiter *limiter, uint32_t elapsed_us);
 
 /* A joint without power: its register follows where the joint is. */
 void sb_limiter_follow(struct sb_limiter *limiter, uint8_t joint, float angle_rad);

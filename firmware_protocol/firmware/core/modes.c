@@ -20,11 +20,11 @@ bool sb_modes_held_against(const struct sb_modes *modes, uint32_t host)
     return sb_modes_held(modes) && (host != modes->holder);
 }
 
-/* The table of PROTOCOL.md: everything may be disarmed, an armed board may hold, only a free one is armed. */
+/* The table of PROTOCOL.md: no request for a mode leads out of stopped or fault. */
 static bool may_enter(uint8_t from, uint8_t wanted)
 {
     if (wanted == DISARMED) {
-        return true;
+        return (from == ARMED) || (from == HOLDING);
     }
     if (wanted == ARMED) {
         return (from == DISARMED) || (from == HOLDING);
@@ -32,35 +32,75 @@ static bool may_enter(uint8_t from, uint8_t wanted)
     return from == ARMED;
 }
 
+static struct sb_answer answer(uint8_t result, uint8_t detail)
+{
+    return (struct sb_answer){result, detail};
+}
+
+static void disarm(struct sb_modes *modes)
+{
+    modes->mode = DISARMED;
+    modes->holder = SB_NOBODY;
+    modes->fault = no_fault;
+    modes->powered = false;
+}
+
+static void next_latch(struct sb_modes *modes)
+{
+    modes->latch = (uint8_t)((modes->latch + 1u) & SB_LATCH_MASK);
+}
+
 struct sb_answer sb_modes_request(struct sb_modes *modes, uint8_t wanted, uint32_t host, uint32_t now_us)
 {
     if (sb_modes_held_against(modes, host)) {
-        return (struct sb_answer){SNAKEBOT_ACKNOWLEDGE_RESULT_HELD_CHOICE, modes->holder};
+        return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_HELD_CHOICE, 0u);
     }
     if ((wanted == STOPPED) || (wanted == FAULT) || (host == SB_NOBODY)) {
-        return (struct sb_answer){SNAKEBOT_ACKNOWLEDGE_RESULT_BAD_VALUE_CHOICE, 0u};
+        return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_BAD_VALUE_CHOICE, 0u);
     }
-    if (wanted != modes->mode) {
-        if (!may_enter(modes->mode, wanted)) {
-            return (struct sb_answer){SNAKEBOT_ACKNOWLEDGE_RESULT_FORBIDDEN_CHOICE, modes->mode};
-        }
-        if (wanted == DISARMED) {
-            modes->holder = SB_NOBODY;
-            modes->fault = no_fault;
-        } else if (modes->mode == DISARMED) {
-            modes->holder = host;
-        } else {
-            /* between armed and holding the holder stays */
-        }
-        modes->mode = wanted;
-        modes->powered = (wanted != DISARMED);
-        modes->fed_us = now_us;
+    if (wanted == modes->mode) {
+        return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_OK_CHOICE, 0u);
     }
-    return (struct sb_answer){SNAKEBOT_ACKNOWLEDGE_RESULT_OK_CHOICE, modes->mode};
+    if (!may_enter(modes->mode, wanted)) {
+        return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_FORBIDDEN_CHOICE, 0u);
+    }
+    if (wanted == DISARMED) {
+        disarm(modes);
+        return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_OK_CHOICE, 0u);
+    }
+    const struct sb_hardware_fault broken = hal_hardware_fault();
+    if ((wanted == ARMED) && (broken.code != SNAKEBOT_FAULT_EVENT_CODE_NONE_CHOICE)) {
+        return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_FAULTY_CHOICE, broken.code);
+    }
+    if (modes->mode == DISARMED) {
+        modes->holder = host; /* between armed and holding the holder stays */
+    }
+    modes->mode = wanted;
+    modes->powered = true;
+    modes->fed_us = now_us;
+    return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_OK_CHOICE, 0u);
+}
+
+struct sb_answer sb_modes_clear(struct sb_modes *modes, uint8_t number, uint32_t host)
+{
+    if (sb_modes_held_against(modes, host)) {
+        return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_HELD_CHOICE, 0u);
+    }
+    if (host == SB_NOBODY) {
+        return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_BAD_VALUE_CHOICE, 0u);
+    }
+    if (number != modes->latch) {
+        return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_FORBIDDEN_CHOICE, 0u);
+    }
+    if ((modes->mode == STOPPED) || (modes->mode == FAULT)) {
+        disarm(modes);
+    }
+    return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_OK_CHOICE, 0u);
 }
 
 void sb_modes_emergency_stop(struct sb_modes *modes, uint32_t now_us)
 {
+    next_latch(modes);
     if (modes->mode != STOPPED) {
         modes->fault_since_us = now_us;
     }
@@ -77,6 +117,7 @@ bool sb_modes_fail(struct sb_modes *modes, struct sb_hardware_fault fault, uint3
     modes->mode = FAULT;
     modes->fault = fault;
     modes->fault_since_us = now_us;
+    next_latch(modes);
     return true;
 }
 

@@ -11,7 +11,7 @@
 #define HELD SNAKEBOT_ACKNOWLEDGE_RESULT_HELD_CHOICE
 #define RIGID SNAKEBOT_JOINT_MODE_REQUEST_MODE_RIGID_CHOICE
 
-static struct sb_answer answer(uint8_t result, uint32_t detail)
+static struct sb_answer answer(uint8_t result, uint8_t detail)
 {
     return (struct sb_answer){result, detail};
 }
@@ -25,7 +25,7 @@ static bool disarmed(const struct sb_modes *modes)
 static struct sb_answer look(const struct sb_joints *joints, const struct sb_modes *modes, uint8_t joint, uint32_t host)
 {
     if (sb_modes_held_against(modes, host)) {
-        return answer(HELD, modes->holder);
+        return answer(HELD, 0u);
     }
     if ((joint < 1u) || (joint > joints->config->joints)) {
         return answer(BAD_JOINT, joints->config->joints);
@@ -33,7 +33,7 @@ static struct sb_answer look(const struct sb_joints *joints, const struct sb_mod
     if (host == SB_NOBODY) {
         return answer(BAD_VALUE, 0u);
     }
-    return answer(OK, modes->mode);
+    return answer(OK, 0u);
 }
 
 struct sb_answer sb_request_joint_mode(struct sb_joints *joints, const struct sb_modes *modes,
@@ -50,7 +50,7 @@ struct sb_answer sb_request_joint_mode(struct sb_joints *joints, const struct sb
         return answer(BAD_VALUE, 0u);
     }
     if (!disarmed(modes) && !sb_modes_held(modes)) {
-        return answer(FORBIDDEN, modes->mode);
+        return answer(FORBIDDEN, 0u);
     }
     joints->mode[joint] = request->mode;
     joints->hold_rad[joint] = angle_rad;
@@ -79,7 +79,7 @@ struct sb_answer sb_request_limit(struct sb_joints *joints, const struct sb_mode
         return first;
     }
     if (!sb_modes_held(modes) || (value > *in_force + half_step)) {
-        return answer(FORBIDDEN, modes->mode);
+        return answer(FORBIDDEN, 0u);
     }
     *in_force = fminf(value, *in_force);
     return first;
@@ -93,11 +93,11 @@ struct sb_answer sb_request_trim(struct sb_joints *joints, const struct sb_modes
         return first;
     }
     const uint8_t joint = (uint8_t)(request->joint - 1u);
-    if (fabsf((float)request->trim_rad * SB_ANGLE_STEP_RAD) > joints->config->limits[joint].angle_rad) {
+    if ((request->trim_rad > SB_MOST_TRIM) || (request->trim_rad < -SB_MOST_TRIM)) {
         return answer(BAD_VALUE, 0u);
     }
     if (!disarmed(modes)) {
-        return answer(FORBIDDEN, modes->mode);
+        return answer(FORBIDDEN, 0u);
     }
     if (joints->parameters.trim[joint] != request->trim_rad) {
         joints->parameters.trim[joint] = request->trim_rad;
@@ -114,7 +114,7 @@ struct sb_answer sb_request_zero(struct sb_joints *joints, const struct sb_modes
         return first;
     }
     if (!disarmed(modes)) {
-        return answer(FORBIDDEN, modes->mode);
+        return answer(FORBIDDEN, 0u);
     }
     const uint8_t joint = (uint8_t)(request->joint - 1u);
     if (joints->parameters.zero_counts[joint] != request->zero_counts) {

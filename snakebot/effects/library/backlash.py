@@ -20,7 +20,14 @@ class Backlash(Effect):
     name = "backlash"
     example = "backlash:width_deg=6,joints=4"
     stage = "servo"
+    everyday = True
     summary = "The output follows the motor only after the play is taken up."
+    title = "play in the gear"
+    sentence = "{where} [has|have] {width_deg} of play"
+    look = (
+        "Hold the servo powered and turn the link to and fro by hand: look at the horn's screw and spline, "
+        "then at worn gear teeth."
+    )
     mark = (
         "After each reversal the joint stands still until the motor has crossed the full play; "
         "the same width at all speeds."
@@ -30,10 +37,11 @@ class Backlash(Effect):
         ("joint_friction", "the same loop; its width changes with load"),
     )
     parameters = (
-        Parameter("width_deg", "deg", 0.0, 40.0, "full play", typical=3.0, spread=4.0),
+        Parameter("width_deg", "deg", 0.0, 40.0, "full play", typical=3.0, spread=4.0, words="full play"),
         switch(
             "loaded",
             "1: the load decides on which side of the play the output lies; 0: friction keeps it where it is",
+            words="kind of play",
         ),
     )
 

@@ -38,6 +38,9 @@ class ClockDrift(Effect):
     example = "clock_drift:ppm=2000"
     stage = "link"
     summary = "The clocks of host and board drift apart: by the host's clock the robot is later and later."
+    title = "clocks that drift apart"
+    sentence = "The clocks of computer and board drift apart, by {ppm}"
+    look = "Look at the board's clock source: a crystal is good to 0.1 ms in a second, a bare RC oscillator is not."
     mark = (
         "A delay that is nothing at the start and grows steadily through the run, the same in "
         "seconds on all joints."
@@ -46,12 +49,23 @@ class ClockDrift(Effect):
     per_joint = False
     parameters = (
         Parameter(
-            "ppm", "ppm", -20000.0, 20000.0, "delay gained a second, in us", typical=0.0, spread=2000.0
+            "ppm",
+            "ppm",
+            -20000.0,
+            20000.0,
+            "delay gained a second, in us",
+            typical=0.0,
+            spread=2000.0,
+            words="drift",
+            shown=("ms in each second", 0.001),
         ),
     )
 
     def link_filter(self, spec: EffectSpec, robot: Robot) -> Drift:
         return Drift(spec.value("ppm") * 1e-6)
+
+    def clock_ppm(self, spec: EffectSpec) -> float:
+        return spec.value("ppm")
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
         # half a sample at the end of the longest run: less would be lost in the noise

@@ -35,7 +35,14 @@ class CommandDelay(Effect):
     example = "command_delay:delay_s=0.0337"
     stage = "link"
     covers = frozenset({"delay"})
-    summary = "Every set-point comes into force a fixed time after it was sent."
+    everyday = True
+    summary = "Every set-point comes into force a fixed time after it was sent, on all joints or on some."
+    title = "a delay of the commands"
+    sentence = "{where} [gets|get] [its|their] commands {delay_s} late"
+    look = (
+        "Look at the way from the computer to the servos: USB latency setting, buffers, other traffic on the "
+        "bus, the servo's own update rate."
+    )
     mark = (
         "The joints follow the same curve, shifted in time: the phase lag grows in proportion to "
         "the frequency, the amplitude does not fall, and a step starts late but is as steep as "
@@ -48,15 +55,26 @@ class CommandDelay(Effect):
         ),
         ("clock_drift", "a delay that grows as the run goes on"),
     )
-    per_joint = False
     parameters = (
         Parameter(
-            "delay_s", "s", 0.0, 0.5, "from sending to effect", typical=0.03, spread=0.05, scale="linear"
+            "delay_s",
+            "s",
+            0.0,
+            0.5,
+            "from sending to effect",
+            typical=0.03,
+            spread=0.05,
+            scale="linear",
+            words="delay",
+            shown=("ms", 1000.0),
         ),
     )
 
-    def link_filter(self, spec: EffectSpec, robot: Robot) -> Delay:
-        return Delay(spec.value("delay_s"))
+    def link_filter(self, spec: EffectSpec, robot: Robot) -> Delay | None:
+        return Delay(spec.value("delay_s")) if spec.joints is None else None
+
+    def late_s(self, spec: EffectSpec) -> float:
+        return 0.0 if spec.joints is None else spec.value("delay_s")
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
         nominal = observed.robot.servo.time_constant_s

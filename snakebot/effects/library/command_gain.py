@@ -19,7 +19,14 @@ class CommandGain(Effect):
     name = "command_gain"
     example = "command_gain:gain=0.8,joints=2"
     stage = "servo"
+    everyday = True
     summary = "The joint really moves gain times its set-point."
+    title = "a wrong scale of the motion"
+    sentence = "{where} [turns|turn] {gain} times the angle that [it is|they are] told"
+    look = (
+        "Look at the servo's travel and scale settings and at the horn; measure a turn of 45 deg with a "
+        "protractor."
+    )
     mark = (
         "Amplitude off by the same factor at all frequencies, no phase lag; with a pose or speed "
         "the body shows it too."
@@ -29,7 +36,18 @@ class CommandGain(Effect):
         ("servo_lag", "at one frequency; a slower gait tells"),
     )
     parameters = (
-        Parameter("gain", "", 0.2, 3.0, "joint angle over set-point", typical=1.0, spread=0.1, scale="log"),
+        Parameter(
+            "gain",
+            "",
+            0.2,
+            3.0,
+            "joint angle over set-point",
+            typical=1.0,
+            spread=0.1,
+            scale="log",
+            neutral=1.0,
+            words="turned over told",
+        ),
     )
 
     def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:

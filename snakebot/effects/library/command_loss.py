@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,7 +32,7 @@ class Loss:
         if track.variance_rad2 is not None:
             square += track.variance_rad2
         mean, square = self._held(track.setpoint_rad), self._held(square)
-        return Track(track.time_s, mean, np.maximum(square - mean**2, 0.0))
+        return replace(track, setpoint_rad=mean, variance_rad2=np.maximum(square - mean**2, 0.0))
 
     def _held(self, table: Vector) -> Vector:
         """Mean of what is held: each row with 1 - p, what was held before with p; a servo that is off holds nothing."""
@@ -53,6 +53,9 @@ class CommandLoss(Effect):
     stage = "link"
     covers = frozenset({"delay"})
     summary = "Some set-points are lost at random; the one before stays in force."
+    title = "lost set-points"
+    sentence = "{probability} of the set-points are lost on their way to the robot"
+    look = "Look at cable, plugs and termination of the link, and at the error counters of `snakebot doctor`."
     mark = (
         "Flat treads in the joints' motion that begin on a tick and end with a catch-up, at "
         "random, on all joints at once; in the mean a delay of p / (1 - p) ticks."
@@ -64,7 +67,20 @@ class CommandLoss(Effect):
         ),
     )
     per_joint = False
-    parameters = (Parameter("probability", "", 0.0, 0.95, "of losing a set-point", typical=0.1, spread=0.15),)
+    shows_in = frozenset({"mean", "scatter"})
+    parameters = (
+        Parameter(
+            "probability",
+            "",
+            0.0,
+            0.95,
+            "of losing a set-point",
+            typical=0.1,
+            spread=0.15,
+            words="share that is lost",
+            shown=("%", 100.0),
+        ),
+    )
 
     def link_filter(self, spec: EffectSpec, robot: Robot) -> Loss:
         return Loss(spec.value("probability"))

@@ -20,6 +20,9 @@ class Compliance(Effect):
     example = "compliance:stiffness_nm_rad=5"
     stage = "servo"
     summary = "Shaft, horn and frame bend: the joint sags from where the motor is by load over stiffness."
+    title = "a joint that bends"
+    sentence = "{where} [bends|bend] under load, with a stiffness of {stiffness_nm_rad}"
+    look = "Hold the motor side and push the link: look where horn, bracket or frame gives way."
     mark = (
         "An error in phase with the load, not with the speed: with gravity an offset that "
         "depends on the pose."
@@ -38,6 +41,7 @@ class Compliance(Effect):
             typical=20.0,
             spread=1.0,
             scale="log",
+            words="stiffness",
         ),
     )
 

@@ -20,8 +20,15 @@ class Deadband(Effect):
     name = "deadband"
     example = "deadband:width_deg=3"
     stage = "servo"
+    everyday = True
     summary = (
         "The servo does not move while its error is smaller than a half width, and stops that far short."
+    )
+    title = "a dead band"
+    sentence = "{where} [stands|stand] still while the error is below {width_deg}"
+    look = (
+        "Look at the dead band setting of the servo, and turn the joint by steps of half a degree with "
+        "`snakebot jog`."
     )
     mark = (
         "After each reversal the joint stands still until the set-point has moved on by twice "
@@ -32,8 +39,22 @@ class Deadband(Effect):
         ("joint_friction", "the same loop; its width changes with load"),
     )
     parameters = (
-        Parameter("width_deg", "deg", 0.0, 30.0, "half width", typical=2.0, spread=2.0, scale="linear"),
-        switch("hard", "1: outside the band the whole error drives; 0: what it exceeds the band by"),
+        Parameter(
+            "width_deg",
+            "deg",
+            0.0,
+            30.0,
+            "half width",
+            typical=2.0,
+            spread=2.0,
+            scale="linear",
+            words="half width of the dead band",
+        ),
+        switch(
+            "hard",
+            "1: outside the band the whole error drives; 0: what it exceeds the band by",
+            words="kind of band",
+        ),
     )
 
     def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:

@@ -19,10 +19,26 @@ class EncoderGain(Effect):
     example = "encoder_gain:gain=1.1,joints=5"
     stage = "sensor"
     summary = "The reading is gain times the joint angle; the joint itself is right."
+    title = "an encoder of wrong scale"
+    sentence = (
+        "The [encoder|encoders] of {on} [reads|read] {gain} times the true angle; the motion itself is right"
+    )
+    look = "Look at the counts per turn in the description; turn the joint by 90 deg by hand and read it."
     mark = "As a gain on the command, but speed and path stay those of the full motion."
     confused_with = (("command_gain", "the joint really moves less: speed or pose tells"),)
     parameters = (
-        Parameter("gain", "", 0.2, 3.0, "reading over joint angle", typical=1.0, spread=0.1, scale="log"),
+        Parameter(
+            "gain",
+            "",
+            0.2,
+            3.0,
+            "reading over joint angle",
+            typical=1.0,
+            spread=0.1,
+            scale="log",
+            neutral=1.0,
+            words="read over true",
+        ),
     )
 
     def sensor_filter(self, spec: EffectSpec, robot: Robot) -> Affine:

@@ -44,12 +44,18 @@ class EncoderNoise(Effect):
     example = "encoder_noise:std_deg=0.3"
     stage = "sensor"
     summary = "Readings scatter, and counts may get lost for good."
+    title = "noisy encoders"
+    sentence = "The readings of {on} scatter by {std_deg}"
+    look = "Look at the encoder's cable, shield and magnet distance; read a joint at rest for some seconds."
     mark = (
         "Differences between repeated runs that have no memory (scatter) or add up through the "
         "run (lost counts)."
     )
+    shows_in = frozenset({"scatter"})
     parameters = (
-        Parameter("std_deg", "deg", 0.0, 30.0, "scatter of each reading", typical=0.3, spread=0.5),
+        Parameter(
+            "std_deg", "deg", 0.0, 30.0, "scatter of each reading", typical=0.3, spread=0.5, words="scatter"
+        ),
         Parameter(
             "lost_per_s",
             "1/s",
@@ -60,6 +66,7 @@ class EncoderNoise(Effect):
             10.0,
             default=0.0,
             fitted=False,
+            words="counts lost or gained each second",
         ),
     )
 

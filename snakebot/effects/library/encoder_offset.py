@@ -20,10 +20,22 @@ class EncoderOffset(Effect):
     example = "encoder_offset:offset_deg=3,joints=1"
     stage = "sensor"
     summary = "The reading is off by an angle; the joint itself is right."
+    title = "an encoder that reads off"
+    sentence = "The [encoder|encoders] of {on} [reads|read] {offset_deg} off; the motion itself is right"
+    look = "Put the joint straight by a ruler and read it: look at the encoder's zero and its magnet or disc."
     mark = "A constant difference between measured and commanded angle while the robot runs straight."
     confused_with = (("servo_offset", "the joint really is off: the robot curves"),)
     parameters = (
-        Parameter("offset_deg", "deg", -180.0, 180.0, "reading minus joint angle", typical=0.0, spread=5.0),
+        Parameter(
+            "offset_deg",
+            "deg",
+            -180.0,
+            180.0,
+            "reading minus joint angle",
+            typical=0.0,
+            spread=5.0,
+            words="reads off by",
+        ),
     )
 
     def sensor_filter(self, spec: EffectSpec, robot: Robot) -> Affine:

@@ -20,6 +20,12 @@ class JointFriction(Effect):
     example = "joint_friction:coulomb_nm=0.3,stiffness_nm_rad=6"
     stage = "servo"
     summary = "Dry friction in the joint works against a position loop of finite stiffness, which also sags under load."
+    title = "dry friction in the joint"
+    sentence = "{where} [sticks|stick] after each reversal, by a dry friction of {coulomb_nm}"
+    look = (
+        "Switch the servo off and turn the joint by hand: screws that are too tight, a horn or cable that "
+        "rubs, a gear without grease."
+    )
     mark = (
         "Stick after each reversal until the set-point has moved on by 2 coulomb / stiffness; "
         "sag by load / stiffness."
@@ -30,7 +36,9 @@ class JointFriction(Effect):
         ("compliance", "the sag without the loop"),
     )
     parameters = (
-        Parameter("coulomb_nm", "N m", 0.0, 50.0, "dry friction", typical=0.2, spread=0.3),
+        Parameter(
+            "coulomb_nm", "N m", 0.0, 50.0, "dry friction", typical=0.2, spread=0.3, words="dry friction"
+        ),
         Parameter(
             "stiffness_nm_rad",
             "N m/rad",
@@ -40,6 +48,7 @@ class JointFriction(Effect):
             typical=10.0,
             spread=1.0,
             scale="log",
+            words="stiffness of the loop",
         ),
     )
 

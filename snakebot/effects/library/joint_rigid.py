@@ -20,12 +20,24 @@ class JointRigid(Effect):
     name = "joint_rigid"
     example = "joint_rigid:angle_deg=20,joints=2"
     stage = "servo"
+    breaks_joint = True
     summary = "The joint is stuck at one angle."
+    title = "a stuck joint"
+    sentence = "{where} [is|are] stuck at {angle_deg}"
+    look = "Switch off and turn the joint by hand: something blocks it, or the servo holds an old command."
     mark = "The measured angle is constant whatever the set-point."
     confused_with = (("joint_free", "moves with its neighbours"),)
     parameters = (
         Parameter(
-            "angle_deg", "deg", -180.0, 180.0, "where it is stuck", typical=0.0, spread=20.0, default=0.0
+            "angle_deg",
+            "deg",
+            -180.0,
+            180.0,
+            "where it is stuck",
+            typical=0.0,
+            spread=20.0,
+            default=0.0,
+            words="stuck at",
         ),
     )
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from snakebot.effects.effect import Effect
+from snakebot.effects.one_link import LINK, OneLinkEffect
 from snakebot.effects.parameter import Parameter
-from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
     from snakebot.effects.effect import Start
@@ -16,31 +15,34 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 
-class Payload(Effect):
+class Payload(OneLinkEffect):
     name = "payload"
     example = "payload:link=1,mass_kg=1"
-    stage = "body"
     summary = "One link carries extra mass."
+    title = "extra weight on a link"
+    sentence = "Link {link} carries {mass_kg} more than stated"
+    look = "Weigh that link with all that is on it: battery, board, cables."
     mark = (
         "Joint angles are right, speed changes a little and the path bends; on a slope, or with "
         "weak servos, a lot."
     )
     confused_with = (("ground_friction", "from speed alone the two cannot be told apart"),)
-    per_joint = False
     parameters = (
-        Parameter("link", "", 1, 32, "which one, from 1 at the tail", typical=3, spread=1, integer=True),
-        Parameter("mass_kg", "kg", 0.0, 100.0, "added at its centre", typical=0.5, spread=1.0),
+        LINK,
+        Parameter(
+            "mass_kg",
+            "kg",
+            0.0,
+            100.0,
+            "added at its centre",
+            typical=0.5,
+            spread=1.0,
+            words="extra mass",
+        ),
     )
 
     def write_ground(self, ground: Ground, spec: EffectSpec, robot: Robot) -> None:
         ground.added_mass_kg[int(spec.value("link")) - 1] += spec.value("mass_kg")
-
-    def check(self, spec: EffectSpec, robot: Robot) -> None:
-        super().check(spec, robot)
-        if robot.body is not None and spec.value("link") > robot.body.links:
-            raise BadInputError(
-                f"effect payload: link {int(spec.value('link'))} of a robot with {robot.body.links} links"
-            )
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
         body = observed.robot.body

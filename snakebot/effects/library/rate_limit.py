@@ -20,6 +20,12 @@ class RateLimit(Effect):
     example = "rate_limit:limit_rad_s=1.6,joints=3+4"
     stage = "servo"
     summary = "The joint's speed is limited."
+    title = "a limit of speed"
+    sentence = "{where} cannot turn faster than {limit_rad_s}"
+    look = (
+        "Look at the speed setting of the servo (goal speed, profile), at its supply voltage in motion, and "
+        "whether the joint rubs."
+    )
     mark = (
         "Fast motions become triangles of one slope: amplitude falls as amplitude times "
         "frequency grows, slow gaits are untouched."
@@ -29,7 +35,17 @@ class RateLimit(Effect):
         ("torque_limit", "the limit depends on load"),
     )
     parameters = (
-        Parameter("limit_rad_s", "rad/s", 0.05, 50.0, "either way", typical=2.0, spread=0.8, scale="log"),
+        Parameter(
+            "limit_rad_s",
+            "rad/s",
+            0.05,
+            50.0,
+            "either way",
+            typical=2.0,
+            spread=0.8,
+            scale="log",
+            words="fastest turn",
+        ),
     )
 
     def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:

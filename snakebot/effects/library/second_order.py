@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from snakebot.effects.effect import Effect
@@ -21,6 +22,11 @@ class SecondOrder(Effect):
     stage = "servo"
     covers = frozenset({"delay"})
     summary = "The servo answers as a second-order system instead of a first-order lag."
+    title = "a servo that swings"
+    sentence = (
+        "{where} [answers|answer] with a swing at {natural_freq_rad_s} and a damping of {damping_ratio}"
+    )
+    look = "Look at the gains of the servo's position loop (P, D) and at the inertia that hangs on it."
     mark = "Overshoot and ringing where damping is below 0.7; phase lag beyond 90 degrees at high frequency."
     confused_with = (
         ("servo_lag", "at high damping it is a lag; a step or a chirp tells"),
@@ -28,10 +34,38 @@ class SecondOrder(Effect):
     )
     parameters = (
         Parameter(
-            "natural_freq_rad_s", "rad/s", 2.0, 500.0, "undamped", typical=30.0, spread=0.8, scale="log"
+            "natural_freq_rad_s",
+            "rad/s",
+            2.0,
+            500.0,
+            "undamped",
+            typical=30.0,
+            spread=0.8,
+            scale="log",
+            words="natural frequency",
         ),
-        Parameter("damping_ratio", "", 0.02, 5.0, "1: critical", typical=0.8, spread=0.5, scale="log"),
+        Parameter(
+            "damping_ratio",
+            "",
+            0.02,
+            5.0,
+            "1: critical",
+            typical=0.8,
+            spread=0.5,
+            scale="log",
+            words="damping ratio",
+        ),
     )
+
+    def said(self, values: Mapping[str, float | tuple[float, ...]]) -> str:
+        """Without overshoot it is just slow."""
+        damping = values.get("damping_ratio", 1.0)
+        if isinstance(damping, tuple) or damping < 0.7:
+            return self.sentence
+        return (
+            "{where} [answers|answer] slowly and without a swing: natural frequency {natural_freq_rad_s}, "
+            "damping {damping_ratio}"
+        )
 
     def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         # A servo_lag given as well is applied after this one, and is then a filter in front of it.

@@ -20,13 +20,32 @@ class ServoLag(Effect):
     example = "servo_lag:time_constant_s=0.1"
     stage = "servo"
     covers = frozenset({"delay"})
+    everyday = True
     summary = "The servo is a first-order lag with another time constant than the nominal one."
+    title = "a slower servo"
+    sentence = "{where} [follows|follow] with a lag of {time_constant_s}, other than stated"
+    look = (
+        "Look at the servo's gains and acceleration setting, at its supply, and at whether it is the model "
+        "that the description names."
+    )
     mark = "Phase lag and loss of amplitude that grow with frequency together: tan(lag) = omega tau."
     confused_with = (
         ("command_delay", "at one frequency; the amplitude or a second frequency tells"),
         ("rate_limit", "loss of amplitude that depends on amplitude, not only on frequency"),
     )
-    parameters = (Parameter("time_constant_s", "s", 0.0, 2.0, "of the lag", typical=0.05, spread=0.08),)
+    parameters = (
+        Parameter(
+            "time_constant_s",
+            "s",
+            0.0,
+            2.0,
+            "of the lag",
+            typical=0.05,
+            spread=0.08,
+            words="lag",
+            shown=("ms", 1000.0),
+        ),
+    )
 
     def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         rows[joints, layout.TIME_CONSTANT_S] = spec.value("time_constant_s")

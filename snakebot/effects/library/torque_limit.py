@@ -9,10 +9,14 @@ from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from snakebot.effects.effect import Start, Vector
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
+
+NO_TORQUE = 0.05  # share of the usual load, below which a limit holds nothing; chosen
 
 
 class TorqueLimit(Effect):
@@ -20,6 +24,12 @@ class TorqueLimit(Effect):
     example = "torque_limit:limit_nm=0.3"
     stage = "servo"
     summary = "The servo's torque is limited: under more load than that the joint falls behind."
+    title = "a limit of torque"
+    sentence = "{where} cannot give more than {limit_nm}"
+    look = (
+        "Look at the torque or current limit of the servo, at its supply, and at what makes the joint heavy "
+        "to turn; lift the robot and try again."
+    )
     mark = (
         "The joint lags where load and acceleration are high and follows where they are low; "
         "lifted off the ground it is gone."
@@ -29,7 +39,17 @@ class TorqueLimit(Effect):
         ("voltage_sag", "load slows the motion below the limit too"),
     )
     parameters = (
-        Parameter("limit_nm", "N m", 0.005, 500.0, "either way", typical=0.5, spread=1.0, scale="log"),
+        Parameter(
+            "limit_nm",
+            "N m",
+            0.005,
+            500.0,
+            "either way",
+            typical=0.5,
+            spread=1.0,
+            scale="log",
+            words="most torque",
+        ),
     )
 
     def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
@@ -38,6 +58,10 @@ class TorqueLimit(Effect):
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
         peak = observed.over(observed.peak_load_nm, joints, 1.0)
         return [{"limit_nm": self.parameters[0].clip(share * peak)} for share in (0.6, 0.9)]
+
+    def plainer(self, values: Sequence[float], load_nm: float) -> str | None:
+        """A servo that holds next to nothing is dead."""
+        return "joint_free" if values[0] < NO_TORQUE * load_nm else None
 
     def applies_to(self, robot: Robot) -> bool:
         return knows_load(robot)

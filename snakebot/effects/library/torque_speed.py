@@ -20,6 +20,12 @@ class TorqueSpeed(Effect):
     example = "torque_speed:no_load_rad_s=3,stall_nm=0.8"
     stage = "servo"
     summary = "The joint's speed limit falls on a straight line from no load to the torque at which the motor stalls."
+    title = "a motor that slows under load"
+    sentence = "{where} [turns|turn] at most {no_load_rad_s} without load, and not at all against {stall_nm}"
+    look = (
+        "Look at the supply voltage under load and at the data sheet's line of speed over torque; lighten "
+        "the joint to compare."
+    )
     mark = (
         "A rate limit that is lower against the load than with it: rising slower than falling, with a weight."
     )
@@ -30,10 +36,26 @@ class TorqueSpeed(Effect):
     )
     parameters = (
         Parameter(
-            "no_load_rad_s", "rad/s", 0.05, 50.0, "limit without load", typical=5.0, spread=0.8, scale="log"
+            "no_load_rad_s",
+            "rad/s",
+            0.05,
+            50.0,
+            "limit without load",
+            typical=5.0,
+            spread=0.8,
+            scale="log",
+            words="fastest turn without load",
         ),
         Parameter(
-            "stall_nm", "N m", 0.005, 500.0, "torque that stops it", typical=1.5, spread=1.0, scale="log"
+            "stall_nm",
+            "N m",
+            0.005,
+            500.0,
+            "torque that stops it",
+            typical=1.5,
+            spread=1.0,
+            scale="log",
+            words="torque that stops it",
         ),
     )
 

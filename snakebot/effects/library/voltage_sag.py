@@ -20,6 +20,15 @@ class VoltageSag(Effect):
     example = "voltage_sag:initial_rad_s=2,drop_per_s=0.04"
     stage = "servo"
     summary = "The servo's speed limit falls as the run goes on, or as load rises."
+    title = "a limit of speed that falls"
+    sentence = (
+        "{where} cannot turn faster than {initial_rad_s} at the start of a run, and [loses|lose] "
+        "{drop_per_s} of that each second"
+    )
+    look = (
+        "Measure the supply voltage at the servo through a run: battery charge, thin wires, plugs; feel "
+        "whether the servo gets hot."
+    )
     mark = (
         "As a rate limit, but later cycles are slower than earlier ones, or motion against the "
         "load slower than with it."
@@ -30,7 +39,15 @@ class VoltageSag(Effect):
     )
     parameters = (
         Parameter(
-            "initial_rad_s", "rad/s", 0.05, 50.0, "limit at the start", typical=3.0, spread=0.8, scale="log"
+            "initial_rad_s",
+            "rad/s",
+            0.05,
+            50.0,
+            "limit at the start",
+            typical=3.0,
+            spread=0.8,
+            scale="log",
+            words="fastest turn at the start",
         ),
         Parameter(
             "drop_per_s",
@@ -40,6 +57,8 @@ class VoltageSag(Effect):
             "share of the limit lost a second: limit = initial exp(-drop t)",
             0.02,
             0.03,
+            words="loss each second",
+            shown=("%", 100.0),
         ),
         Parameter(
             "drop_per_nm",
@@ -51,6 +70,8 @@ class VoltageSag(Effect):
             0.5,
             default=0.0,
             fitted=False,
+            words="loss for each N m",
+            shown=("%/(N m)", 100.0),
         ),
     )
 

@@ -1,5 +1,13 @@
 /* Horizontal bars, a group a category, with intervals where they are known. */
 (() => {
+  /* A name that does not fit, in two lines: broken at the space that leaves them most alike. */
+  function folded(name, fits) {
+    const spaces = [...name.matchAll(/ /g)].map((found) => found.index);
+    if (fits(name) || !spaces.length) return [name];
+    const at = spaces.reduce((best, i) => (Math.abs(i - name.length / 2) < Math.abs(best - name.length / 2) ? i : best));
+    return [name.slice(0, at), name.slice(at + 1)];
+  }
+
   Page.builders.bars = (figure, box, spec) => {
     function draw(c, width, height) {
       const names = spec.categories, count = Math.max(spec.bars.length, 1);
@@ -12,12 +20,15 @@
       const px = (v) => m.left + (v - low) / (high - low) * w;
       c.strokeStyle = Page.color("grid"); c.fillStyle = Page.color("muted"); c.textAlign = "center"; c.textBaseline = "top";
       for (const v of Page.ticks(low, high, w / 70)) { c.beginPath(); c.moveTo(px(v), m.top); c.lineTo(px(v), height - m.bottom); c.stroke(); c.fillText(Page.number(v), px(v), height - m.bottom + 3); }
-      c.textBaseline = "alphabetic"; c.fillText(spec.xAxis.label, m.left + w / 2, height - 2);
+      c.textBaseline = "alphabetic"; c.fillText(spec.xAxis.label, m.left + w / 2, height - 5);
       names.forEach((name, i) => {
         c.fillStyle = Page.color("fg"); c.textAlign = "right"; c.textBaseline = "middle";
-        let text = name;
-        while (text.length > 2 && c.measureText(text).width > m.left - 10) text = text.slice(0, -2) + "…";
-        c.fillText(text, m.left - 8, m.top + row * (i + 0.5));
+        const lines = row < 28 ? [name] : folded(name, (text) => c.measureText(text).width <= m.left - 10);
+        lines.forEach((line, k) => {
+          let text = line;
+          while (text.length > 2 && c.measureText(text).width > m.left - 10) text = text.slice(0, -2) + "…";
+          c.fillText(text, m.left - 8, m.top + row * (i + 0.5) + 14 * (k - (lines.length - 1) / 2));
+        });
         spec.bars.forEach((bar, k) => {
           const thick = (row - 8) / count, y = m.top + row * i + 4 + thick * k, v = bar.values[i];
           if (v === null || v === undefined || !isFinite(v)) return;

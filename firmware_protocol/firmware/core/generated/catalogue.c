@@ -2,7 +2,7 @@
 #include "catalogue.h"
 
 #define ENUMERATIONS 2u
-#define MESSAGES 26u
+#define MESSAGES 28u
 
 struct enumeration {
     uint8_t start; /* bit */
@@ -18,7 +18,7 @@ struct definition {
 
 static const struct definition definitions[MESSAGES] = {
     {1u, 5u, {{0u, 8u, 4u}, {0u, 0u, 1u}}}, /* EmergencyStop */
-    {2u, 8u, {{0u, 8u, 9u}, {0u, 0u, 1u}}}, /* FaultEvent */
+    {2u, 8u, {{0u, 5u, 9u}, {0u, 0u, 1u}}}, /* FaultEvent */
     {16u, 8u, {{0u, 0u, 1u}, {0u, 0u, 1u}}}, /* Setpoint */
     {17u, 8u, {{0u, 0u, 1u}, {0u, 0u, 1u}}}, /* Latch */
     {32u, 8u, {{28u, 4u, 5u}, {0u, 0u, 1u}}}, /* State */
@@ -31,7 +31,9 @@ static const struct definition definitions[MESSAGES] = {
     {66u, 8u, {{13u, 2u, 3u}, {0u, 0u, 1u}}}, /* LimitRequest */
     {67u, 8u, {{0u, 0u, 1u}, {0u, 0u, 1u}}}, /* TrimRequest */
     {68u, 8u, {{0u, 0u, 1u}, {0u, 0u, 1u}}}, /* ZeroRequest */
-    {79u, 8u, {{8u, 8u, 6u}, {0u, 0u, 1u}}}, /* Acknowledge */
+    {69u, 6u, {{0u, 0u, 1u}, {0u, 0u, 1u}}}, /* ClearRequest */
+    {78u, 7u, {{0u, 0u, 1u}, {0u, 0u, 1u}}}, /* JointLimits */
+    {79u, 8u, {{8u, 4u, 7u}, {12u, 4u, 5u}}}, /* Acknowledge */
     {80u, 4u, {{0u, 0u, 1u}, {0u, 0u, 1u}}}, /* Ping */
     {81u, 8u, {{0u, 0u, 1u}, {0u, 0u, 1u}}}, /* Pong */
     {88u, 4u, {{0u, 0u, 1u}, {0u, 0u, 1u}}}, /* InfoRequest */

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define SB_CATALOGUE_HASH 0x349d291bu
+#define SB_CATALOGUE_HASH 0x38093afdu
 #define SB_ANGLE_STEP_RAD 0.0001f
 #define SB_INTERVAL_STEP_S 0.0005f
 #define SB_LIMIT_STEP 0.002f

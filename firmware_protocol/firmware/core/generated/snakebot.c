@@ -65,6 +65,14 @@ static inline uint8_t pack_left_shift_u64(
     return (uint8_t)((uint8_t)(value << shift) & mask);
 }
 
+static inline uint8_t pack_right_shift_u8(
+    uint8_t value,
+    uint8_t shift,
+    uint8_t mask)
+{
+    return (uint8_t)((uint8_t)(value >> shift) & mask);
+}
+
 static inline uint8_t pack_right_shift_u16(
     uint16_t value,
     uint8_t shift,
@@ -87,6 +95,14 @@ static inline uint8_t pack_right_shift_u64(
     uint8_t mask)
 {
     return (uint8_t)((uint8_t)(value >> shift) & mask);
+}
+
+static inline uint8_t unpack_left_shift_u8(
+    uint8_t value,
+    uint8_t shift,
+    uint8_t mask)
+{
+    return (uint8_t)((uint8_t)(value & mask) << shift);
 }
 
 static inline uint16_t unpack_left_shift_u16(
@@ -229,8 +245,10 @@ int snakebot_fault_event_pack(
 
     memset(&dst_p[0], 0, 8);
 
-    dst_p[0] |= pack_left_shift_u8(src_p->code, 0u, 0xffu);
-    dst_p[1] |= pack_left_shift_u8(src_p->joint, 0u, 0xffu);
+    dst_p[0] |= pack_left_shift_u8(src_p->code, 0u, 0x1fu);
+    dst_p[0] |= pack_left_shift_u8(src_p->joint, 5u, 0xe0u);
+    dst_p[1] |= pack_right_shift_u8(src_p->joint, 3u, 0x03u);
+    dst_p[1] |= pack_left_shift_u8(src_p->number, 2u, 0xfcu);
     detail = (uint16_t)src_p->detail;
     dst_p[2] |= pack_left_shift_u16(detail, 0u, 0xffu);
     dst_p[3] |= pack_right_shift_u16(detail, 8u, 0xffu);
@@ -253,8 +271,10 @@ int snakebot_fault_event_unpack(
         return (-EINVAL);
     }
 
-    dst_p->code = unpack_right_shift_u8(src_p[0], 0u, 0xffu);
-    dst_p->joint = unpack_right_shift_u8(src_p[1], 0u, 0xffu);
+    dst_p->code = unpack_right_shift_u8(src_p[0], 0u, 0x1fu);
+    dst_p->joint = unpack_right_shift_u8(src_p[0], 5u, 0xe0u);
+    dst_p->joint |= unpack_left_shift_u8(src_p[1], 3u, 0x03u);
+    dst_p->number = unpack_right_shift_u8(src_p[1], 2u, 0xfcu);
     detail = unpack_right_shift_u16(src_p[2], 0u, 0xffu);
     detail |= unpack_left_shift_u16(src_p[3], 8u, 0xffu);
     dst_p->detail = (int16_t)detail;
@@ -277,14 +297,12 @@ int snakebot_fault_event_init(struct snakebot_fault_event_t *msg_p)
 
 bool snakebot_fault_event_code_is_in_range(uint8_t value)
 {
-    (void)value;
-
-    return (true);
+    return (value <= 31u);
 }
 
 bool snakebot_fault_event_code_is_in_phys_range(double value)
 {
-    return ((value >= 0.0) && (value <= 255.0));
+    return ((value >= 0.0) && (value <= 31.0));
 }
 
 bool snakebot_fault_event_joint_is_in_range(uint8_t value)
@@ -295,6 +313,16 @@ bool snakebot_fault_event_joint_is_in_range(uint8_t value)
 bool snakebot_fault_event_joint_is_in_phys_range(double value)
 {
     return ((value >= 0.0) && (value <= 16.0));
+}
+
+bool snakebot_fault_event_number_is_in_range(uint8_t value)
+{
+    return (value <= 63u);
+}
+
+bool snakebot_fault_event_number_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 63.0));
 }
 
 bool snakebot_fault_event_detail_is_in_range(int16_t value)
@@ -1609,6 +1637,186 @@ bool snakebot_zero_request_host_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 4294967295.0));
 }
 
+int snakebot_clear_request_pack(
+    uint8_t *dst_p,
+    const struct snakebot_clear_request_t *src_p,
+    size_t size)
+{
+    if (size < 6u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 6);
+
+    dst_p[0] |= pack_left_shift_u8(src_p->token, 0u, 0xffu);
+    dst_p[1] |= pack_left_shift_u8(src_p->number, 0u, 0x3fu);
+    dst_p[2] |= pack_left_shift_u32(src_p->host, 0u, 0xffu);
+    dst_p[3] |= pack_right_shift_u32(src_p->host, 8u, 0xffu);
+    dst_p[4] |= pack_right_shift_u32(src_p->host, 16u, 0xffu);
+    dst_p[5] |= pack_right_shift_u32(src_p->host, 24u, 0xffu);
+
+    return (6);
+}
+
+int snakebot_clear_request_unpack(
+    struct snakebot_clear_request_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    if (size < 6u) {
+        return (-EINVAL);
+    }
+
+    dst_p->token = unpack_right_shift_u8(src_p[0], 0u, 0xffu);
+    dst_p->number = unpack_right_shift_u8(src_p[1], 0u, 0x3fu);
+    dst_p->host = unpack_right_shift_u32(src_p[2], 0u, 0xffu);
+    dst_p->host |= unpack_left_shift_u32(src_p[3], 8u, 0xffu);
+    dst_p->host |= unpack_left_shift_u32(src_p[4], 16u, 0xffu);
+    dst_p->host |= unpack_left_shift_u32(src_p[5], 24u, 0xffu);
+
+    return (0);
+}
+
+int snakebot_clear_request_init(struct snakebot_clear_request_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct snakebot_clear_request_t));
+
+    return 0;
+}
+
+bool snakebot_clear_request_token_is_in_range(uint8_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool snakebot_clear_request_token_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 255.0));
+}
+
+bool snakebot_clear_request_number_is_in_range(uint8_t value)
+{
+    return (value <= 63u);
+}
+
+bool snakebot_clear_request_number_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 63.0));
+}
+
+bool snakebot_clear_request_host_is_in_range(uint32_t value)
+{
+    (void)value;
+
+    return (true);
+}
+
+bool snakebot_clear_request_host_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 4294967295.0));
+}
+
+int snakebot_joint_limits_pack(
+    uint8_t *dst_p,
+    const struct snakebot_joint_limits_t *src_p,
+    size_t size)
+{
+    if (size < 7u) {
+        return (-EINVAL);
+    }
+
+    memset(&dst_p[0], 0, 7);
+
+    dst_p[0] |= pack_left_shift_u8(src_p->joint, 0u, 0x1fu);
+    dst_p[0] |= pack_left_shift_u32(src_p->angle_rad, 5u, 0xe0u);
+    dst_p[1] |= pack_right_shift_u32(src_p->angle_rad, 3u, 0xffu);
+    dst_p[2] |= pack_right_shift_u32(src_p->angle_rad, 11u, 0x3fu);
+    dst_p[2] |= pack_left_shift_u32(src_p->speed_rad_s, 6u, 0xc0u);
+    dst_p[3] |= pack_right_shift_u32(src_p->speed_rad_s, 2u, 0xffu);
+    dst_p[4] |= pack_right_shift_u32(src_p->speed_rad_s, 10u, 0x7fu);
+    dst_p[4] |= pack_left_shift_u32(src_p->acceleration_rad_s2, 7u, 0x80u);
+    dst_p[5] |= pack_right_shift_u32(src_p->acceleration_rad_s2, 1u, 0xffu);
+    dst_p[6] |= pack_right_shift_u32(src_p->acceleration_rad_s2, 9u, 0xffu);
+
+    return (7);
+}
+
+int snakebot_joint_limits_unpack(
+    struct snakebot_joint_limits_t *dst_p,
+    const uint8_t *src_p,
+    size_t size)
+{
+    if (size < 7u) {
+        return (-EINVAL);
+    }
+
+    dst_p->joint = unpack_right_shift_u8(src_p[0], 0u, 0x1fu);
+    dst_p->angle_rad = unpack_right_shift_u32(src_p[0], 5u, 0xe0u);
+    dst_p->angle_rad |= unpack_left_shift_u32(src_p[1], 3u, 0xffu);
+    dst_p->angle_rad |= unpack_left_shift_u32(src_p[2], 11u, 0x3fu);
+    dst_p->speed_rad_s = unpack_right_shift_u32(src_p[2], 6u, 0xc0u);
+    dst_p->speed_rad_s |= unpack_left_shift_u32(src_p[3], 2u, 0xffu);
+    dst_p->speed_rad_s |= unpack_left_shift_u32(src_p[4], 10u, 0x7fu);
+    dst_p->acceleration_rad_s2 = unpack_right_shift_u32(src_p[4], 7u, 0x80u);
+    dst_p->acceleration_rad_s2 |= unpack_left_shift_u32(src_p[5], 1u, 0xffu);
+    dst_p->acceleration_rad_s2 |= unpack_left_shift_u32(src_p[6], 9u, 0xffu);
+
+    return (0);
+}
+
+int snakebot_joint_limits_init(struct snakebot_joint_limits_t *msg_p)
+{
+    if (msg_p == NULL) return -1;
+
+    memset(msg_p, 0, sizeof(struct snakebot_joint_limits_t));
+
+    return 0;
+}
+
+bool snakebot_joint_limits_joint_is_in_range(uint8_t value)
+{
+    return ((value >= 1u) && (value <= 16u));
+}
+
+bool snakebot_joint_limits_joint_is_in_phys_range(double value)
+{
+    return ((value >= 1.0) && (value <= 16.0));
+}
+
+bool snakebot_joint_limits_angle_rad_is_in_range(uint32_t value)
+{
+    return (value <= 131071u);
+}
+
+bool snakebot_joint_limits_angle_rad_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 262.142));
+}
+
+bool snakebot_joint_limits_speed_rad_s_is_in_range(uint32_t value)
+{
+    return (value <= 131071u);
+}
+
+bool snakebot_joint_limits_speed_rad_s_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 262.142));
+}
+
+bool snakebot_joint_limits_acceleration_rad_s2_is_in_range(uint32_t value)
+{
+    return (value <= 131071u);
+}
+
+bool snakebot_joint_limits_acceleration_rad_s2_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 262.142));
+}
+
 int snakebot_acknowledge_pack(
     uint8_t *dst_p,
     const struct snakebot_acknowledge_t *src_p,
@@ -1621,13 +1829,15 @@ int snakebot_acknowledge_pack(
     memset(&dst_p[0], 0, 8);
 
     dst_p[0] |= pack_left_shift_u8(src_p->token, 0u, 0xffu);
-    dst_p[1] |= pack_left_shift_u8(src_p->result, 0u, 0xffu);
+    dst_p[1] |= pack_left_shift_u8(src_p->result, 0u, 0x0fu);
+    dst_p[1] |= pack_left_shift_u8(src_p->mode, 4u, 0xf0u);
     dst_p[2] |= pack_left_shift_u16(src_p->request, 0u, 0xffu);
     dst_p[3] |= pack_right_shift_u16(src_p->request, 8u, 0x07u);
-    dst_p[4] |= pack_left_shift_u32(src_p->detail, 0u, 0xffu);
-    dst_p[5] |= pack_right_shift_u32(src_p->detail, 8u, 0xffu);
-    dst_p[6] |= pack_right_shift_u32(src_p->detail, 16u, 0xffu);
-    dst_p[7] |= pack_right_shift_u32(src_p->detail, 24u, 0xffu);
+    dst_p[3] |= pack_left_shift_u8(src_p->detail, 3u, 0xf8u);
+    dst_p[4] |= pack_left_shift_u32(src_p->host, 0u, 0xffu);
+    dst_p[5] |= pack_right_shift_u32(src_p->host, 8u, 0xffu);
+    dst_p[6] |= pack_right_shift_u32(src_p->host, 16u, 0xffu);
+    dst_p[7] |= pack_right_shift_u32(src_p->host, 24u, 0xffu);
 
     return (8);
 }
@@ -1642,13 +1852,15 @@ int snakebot_acknowledge_unpack(
     }
 
     dst_p->token = unpack_right_shift_u8(src_p[0], 0u, 0xffu);
-    dst_p->result = unpack_right_shift_u8(src_p[1], 0u, 0xffu);
+    dst_p->result = unpack_right_shift_u8(src_p[1], 0u, 0x0fu);
+    dst_p->mode = unpack_right_shift_u8(src_p[1], 4u, 0xf0u);
     dst_p->request = unpack_right_shift_u16(src_p[2], 0u, 0xffu);
     dst_p->request |= unpack_left_shift_u16(src_p[3], 8u, 0x07u);
-    dst_p->detail = unpack_right_shift_u32(src_p[4], 0u, 0xffu);
-    dst_p->detail |= unpack_left_shift_u32(src_p[5], 8u, 0xffu);
-    dst_p->detail |= unpack_left_shift_u32(src_p[6], 16u, 0xffu);
-    dst_p->detail |= unpack_left_shift_u32(src_p[7], 24u, 0xffu);
+    dst_p->detail = unpack_right_shift_u8(src_p[3], 3u, 0xf8u);
+    dst_p->host = unpack_right_shift_u32(src_p[4], 0u, 0xffu);
+    dst_p->host |= unpack_left_shift_u32(src_p[5], 8u, 0xffu);
+    dst_p->host |= unpack_left_shift_u32(src_p[6], 16u, 0xffu);
+    dst_p->host |= unpack_left_shift_u32(src_p[7], 24u, 0xffu);
 
     return (0);
 }
@@ -1676,14 +1888,22 @@ bool snakebot_acknowledge_token_is_in_phys_range(double value)
 
 bool snakebot_acknowledge_result_is_in_range(uint8_t value)
 {
-    (void)value;
-
-    return (true);
+    return (value <= 15u);
 }
 
 bool snakebot_acknowledge_result_is_in_phys_range(double value)
 {
-    return ((value >= 0.0) && (value <= 255.0));
+    return ((value >= 0.0) && (value <= 15.0));
+}
+
+bool snakebot_acknowledge_mode_is_in_range(uint8_t value)
+{
+    return (value <= 15u);
+}
+
+bool snakebot_acknowledge_mode_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 15.0));
 }
 
 bool snakebot_acknowledge_request_is_in_range(uint16_t value)
@@ -1696,14 +1916,24 @@ bool snakebot_acknowledge_request_is_in_phys_range(double value)
     return ((value >= 0.0) && (value <= 2047.0));
 }
 
-bool snakebot_acknowledge_detail_is_in_range(uint32_t value)
+bool snakebot_acknowledge_detail_is_in_range(uint8_t value)
+{
+    return (value <= 31u);
+}
+
+bool snakebot_acknowledge_detail_is_in_phys_range(double value)
+{
+    return ((value >= 0.0) && (value <= 31.0));
+}
+
+bool snakebot_acknowledge_host_is_in_range(uint32_t value)
 {
     (void)value;
 
     return (true);
 }
 
-bool snakebot_acknowledge_detail_is_in_phys_range(double value)
+bool snakebot_acknowledge_host_is_in_phys_range(double value)
 {
     return ((value >= 0.0) && (value <= 4294967295.0));
 }

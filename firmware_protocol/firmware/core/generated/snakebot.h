@@ -59,6 +59,8 @@ extern "C" {
 #define SNAKEBOT_LIMIT_REQUEST_FRAME_ID (0x42u)
 #define SNAKEBOT_TRIM_REQUEST_FRAME_ID (0x43u)
 #define SNAKEBOT_ZERO_REQUEST_FRAME_ID (0x44u)
+#define SNAKEBOT_CLEAR_REQUEST_FRAME_ID (0x45u)
+#define SNAKEBOT_JOINT_LIMITS_FRAME_ID (0x4eu)
 #define SNAKEBOT_ACKNOWLEDGE_FRAME_ID (0x4fu)
 #define SNAKEBOT_PING_FRAME_ID (0x50u)
 #define SNAKEBOT_PONG_FRAME_ID (0x51u)
@@ -87,6 +89,8 @@ extern "C" {
 #define SNAKEBOT_LIMIT_REQUEST_LENGTH (8u)
 #define SNAKEBOT_TRIM_REQUEST_LENGTH (8u)
 #define SNAKEBOT_ZERO_REQUEST_LENGTH (8u)
+#define SNAKEBOT_CLEAR_REQUEST_LENGTH (6u)
+#define SNAKEBOT_JOINT_LIMITS_LENGTH (7u)
 #define SNAKEBOT_ACKNOWLEDGE_LENGTH (8u)
 #define SNAKEBOT_PING_LENGTH (4u)
 #define SNAKEBOT_PONG_LENGTH (8u)
@@ -115,6 +119,8 @@ extern "C" {
 #define SNAKEBOT_LIMIT_REQUEST_IS_EXTENDED (0)
 #define SNAKEBOT_TRIM_REQUEST_IS_EXTENDED (0)
 #define SNAKEBOT_ZERO_REQUEST_IS_EXTENDED (0)
+#define SNAKEBOT_CLEAR_REQUEST_IS_EXTENDED (0)
+#define SNAKEBOT_JOINT_LIMITS_IS_EXTENDED (0)
 #define SNAKEBOT_ACKNOWLEDGE_IS_EXTENDED (0)
 #define SNAKEBOT_PING_IS_EXTENDED (0)
 #define SNAKEBOT_PONG_IS_EXTENDED (0)
@@ -190,6 +196,13 @@ extern "C" {
 #define SNAKEBOT_ACKNOWLEDGE_RESULT_FORBIDDEN_CHOICE (3u)
 #define SNAKEBOT_ACKNOWLEDGE_RESULT_HELD_CHOICE (4u)
 #define SNAKEBOT_ACKNOWLEDGE_RESULT_UNSUPPORTED_CHOICE (5u)
+#define SNAKEBOT_ACKNOWLEDGE_RESULT_FAULTY_CHOICE (6u)
+
+#define SNAKEBOT_ACKNOWLEDGE_MODE_DISARMED_CHOICE (0u)
+#define SNAKEBOT_ACKNOWLEDGE_MODE_ARMED_CHOICE (1u)
+#define SNAKEBOT_ACKNOWLEDGE_MODE_HOLDING_CHOICE (2u)
+#define SNAKEBOT_ACKNOWLEDGE_MODE_STOPPED_CHOICE (3u)
+#define SNAKEBOT_ACKNOWLEDGE_MODE_FAULT_CHOICE (4u)
 
 /* Frame Names. */
 #define SNAKEBOT_EMERGENCY_STOP_NAME "EmergencyStop"
@@ -206,6 +219,8 @@ extern "C" {
 #define SNAKEBOT_LIMIT_REQUEST_NAME "LimitRequest"
 #define SNAKEBOT_TRIM_REQUEST_NAME "TrimRequest"
 #define SNAKEBOT_ZERO_REQUEST_NAME "ZeroRequest"
+#define SNAKEBOT_CLEAR_REQUEST_NAME "ClearRequest"
+#define SNAKEBOT_JOINT_LIMITS_NAME "JointLimits"
 #define SNAKEBOT_ACKNOWLEDGE_NAME "Acknowledge"
 #define SNAKEBOT_PING_NAME "Ping"
 #define SNAKEBOT_PONG_NAME "Pong"
@@ -224,6 +239,7 @@ extern "C" {
 #define SNAKEBOT_EMERGENCY_STOP_HOST_NAME "host"
 #define SNAKEBOT_FAULT_EVENT_CODE_NAME "code"
 #define SNAKEBOT_FAULT_EVENT_JOINT_NAME "joint"
+#define SNAKEBOT_FAULT_EVENT_NUMBER_NAME "number"
 #define SNAKEBOT_FAULT_EVENT_DETAIL_NAME "detail"
 #define SNAKEBOT_FAULT_EVENT_BOARD_TIME_US_NAME "board_time_us"
 #define SNAKEBOT_SETPOINT_SEQUENCE_NAME "sequence"
@@ -278,10 +294,19 @@ extern "C" {
 #define SNAKEBOT_ZERO_REQUEST_JOINT_NAME "joint"
 #define SNAKEBOT_ZERO_REQUEST_ZERO_COUNTS_NAME "zero_counts"
 #define SNAKEBOT_ZERO_REQUEST_HOST_NAME "host"
+#define SNAKEBOT_CLEAR_REQUEST_TOKEN_NAME "token"
+#define SNAKEBOT_CLEAR_REQUEST_NUMBER_NAME "number"
+#define SNAKEBOT_CLEAR_REQUEST_HOST_NAME "host"
+#define SNAKEBOT_JOINT_LIMITS_JOINT_NAME "joint"
+#define SNAKEBOT_JOINT_LIMITS_ANGLE_RAD_NAME "angle_rad"
+#define SNAKEBOT_JOINT_LIMITS_SPEED_RAD_S_NAME "speed_rad_s"
+#define SNAKEBOT_JOINT_LIMITS_ACCELERATION_RAD_S2_NAME "acceleration_rad_s2"
 #define SNAKEBOT_ACKNOWLEDGE_TOKEN_NAME "token"
 #define SNAKEBOT_ACKNOWLEDGE_RESULT_NAME "result"
+#define SNAKEBOT_ACKNOWLEDGE_MODE_NAME "mode"
 #define SNAKEBOT_ACKNOWLEDGE_REQUEST_NAME "request"
 #define SNAKEBOT_ACKNOWLEDGE_DETAIL_NAME "detail"
+#define SNAKEBOT_ACKNOWLEDGE_HOST_NAME "host"
 #define SNAKEBOT_PING_NONCE_NAME "nonce"
 #define SNAKEBOT_PONG_NONCE_NAME "nonce"
 #define SNAKEBOT_PONG_BOARD_TIME_US_NAME "board_time_us"
@@ -341,13 +366,13 @@ struct snakebot_emergency_stop_t {
 /**
  * Signals in message FaultEvent.
  *
- * Sent once when a fault is entered, and again with every board heartbeat while it is latched.
+ * Sent once when a fault is entered and at each emergency stop, and again with every board heartbeat while it is latched. number: of the latch; a ClearRequest names it.
  *
  * All signal values are as on the CAN bus.
  */
 struct snakebot_fault_event_t {
     /**
-     * Range: 0..255 (0..255 -)
+     * Range: 0..31 (0..31 -)
      * Scale: 1
      * Offset: 0
      */
@@ -359,6 +384,13 @@ struct snakebot_fault_event_t {
      * Offset: 0
      */
     uint8_t joint;
+
+    /**
+     * Range: 0..63 (0..63 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t number;
 
     /**
      * Range: -32768..32767 (-32768..32767 -)
@@ -776,7 +808,7 @@ struct snakebot_limit_request_t {
 /**
  * Signals in message TrimRequest.
  *
- * Added to the set-point before it becomes a servo pulse.
+ * Added to the set-point before the limits, at most 0.3 rad: the sum is what the servo is told.
  *
  * All signal values are as on the CAN bus.
  */
@@ -848,9 +880,76 @@ struct snakebot_zero_request_t {
 };
 
 /**
+ * Signals in message ClearRequest.
+ *
+ * The only way out of stopped and fault: clears the latch of this number, and no newer one.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct snakebot_clear_request_t {
+    /**
+     * Range: 0..255 (0..255 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t token;
+
+    /**
+     * Range: 0..63 (0..63 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t number;
+
+    /**
+     * Range: 0..4294967295 (0..4294967295 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint32_t host;
+};
+
+/**
+ * Signals in message JointLimits.
+ *
+ * The limits in force of one joint, to half a step: sent for every joint when armed is requested and granted, and after an InfoRequest.
+ *
+ * All signal values are as on the CAN bus.
+ */
+struct snakebot_joint_limits_t {
+    /**
+     * Range: 1..16 (1..16 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t joint;
+
+    /**
+     * Range: 0..131071 (0..262.142 rad)
+     * Scale: 0.002
+     * Offset: 0
+     */
+    uint32_t angle_rad;
+
+    /**
+     * Range: 0..131071 (0..262.142 rad/s)
+     * Scale: 0.002
+     * Offset: 0
+     */
+    uint32_t speed_rad_s;
+
+    /**
+     * Range: 0..131071 (0..262.142 rad/s2)
+     * Scale: 0.002
+     * Offset: 0
+     */
+    uint32_t acceleration_rad_s2;
+};
+
+/**
  * Signals in message Acknowledge.
  *
- * Answers a request; detail holds the board's mode or the host that holds the board, by result.
+ * Answers a request of this host. mode: the board's, now. detail: the number of joints where the result is bad_joint, the fault's code where it is faulty, else 0.
  *
  * All signal values are as on the CAN bus.
  */
@@ -863,11 +962,18 @@ struct snakebot_acknowledge_t {
     uint8_t token;
 
     /**
-     * Range: 0..255 (0..255 -)
+     * Range: 0..15 (0..15 -)
      * Scale: 1
      * Offset: 0
      */
     uint8_t result;
+
+    /**
+     * Range: 0..15 (0..15 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t mode;
 
     /**
      * Range: 0..2047 (0..2047 -)
@@ -877,11 +983,18 @@ struct snakebot_acknowledge_t {
     uint16_t request;
 
     /**
+     * Range: 0..31 (0..31 -)
+     * Scale: 1
+     * Offset: 0
+     */
+    uint8_t detail;
+
+    /**
      * Range: 0..4294967295 (0..4294967295 -)
      * Scale: 1
      * Offset: 0
      */
-    uint32_t detail;
+    uint32_t host;
 };
 
 /**
@@ -1352,6 +1465,28 @@ bool snakebot_fault_event_joint_is_in_range(uint8_t value);
  * @return true if in range, false otherwise.
  */
 bool snakebot_fault_event_joint_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_fault_event_number_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_fault_event_number_is_in_phys_range(double value);
 
 /**
  * Check that given signal is in allowed range.
@@ -2986,6 +3121,234 @@ bool snakebot_zero_request_host_is_in_range(uint32_t value);
 bool snakebot_zero_request_host_is_in_phys_range(double value);
 
 /**
+ * Pack message ClearRequest.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int snakebot_clear_request_pack(
+    uint8_t *dst_p,
+    const struct snakebot_clear_request_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message ClearRequest.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int snakebot_clear_request_unpack(
+    struct snakebot_clear_request_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from ClearRequest.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int snakebot_clear_request_init(struct snakebot_clear_request_t *msg_p);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_clear_request_token_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_clear_request_token_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_clear_request_number_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_clear_request_number_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_clear_request_host_is_in_range(uint32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_clear_request_host_is_in_phys_range(double value);
+
+/**
+ * Pack message JointLimits.
+ *
+ * @param[out] dst_p Buffer to pack the message into.
+ * @param[in] src_p Data to pack.
+ * @param[in] size Size of dst_p.
+ *
+ * @return Size of packed data, or negative error code.
+ */
+int snakebot_joint_limits_pack(
+    uint8_t *dst_p,
+    const struct snakebot_joint_limits_t *src_p,
+    size_t size);
+
+/**
+ * Unpack message JointLimits.
+ *
+ * @param[out] dst_p Object to unpack the message into.
+ * @param[in] src_p Message to unpack.
+ * @param[in] size Size of src_p.
+ *
+ * @return zero(0) or negative error code.
+ */
+int snakebot_joint_limits_unpack(
+    struct snakebot_joint_limits_t *dst_p,
+    const uint8_t *src_p,
+    size_t size);
+
+/**
+ * Init message fields to default values from JointLimits.
+ *
+ * @param[in] msg_p Message to init.
+ *
+ * @return zero(0) on success or (-1) in case of nullptr argument.
+ */
+int snakebot_joint_limits_init(struct snakebot_joint_limits_t *msg_p);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_joint_limits_joint_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_joint_limits_joint_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_joint_limits_angle_rad_is_in_range(uint32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_joint_limits_angle_rad_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_joint_limits_speed_rad_s_is_in_range(uint32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_joint_limits_speed_rad_s_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_joint_limits_acceleration_rad_s2_is_in_range(uint32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_joint_limits_acceleration_rad_s2_is_in_phys_range(double value);
+
+/**
  * Pack message Acknowledge.
  *
  * @param[out] dst_p Buffer to pack the message into.
@@ -3073,6 +3436,28 @@ bool snakebot_acknowledge_result_is_in_phys_range(double value);
  *
  * @return true if in range, false otherwise.
  */
+bool snakebot_acknowledge_mode_is_in_range(uint8_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_acknowledge_mode_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
 bool snakebot_acknowledge_request_is_in_range(uint16_t value);
 
 /**
@@ -3095,7 +3480,7 @@ bool snakebot_acknowledge_request_is_in_phys_range(double value);
  *
  * @return true if in range, false otherwise.
  */
-bool snakebot_acknowledge_detail_is_in_range(uint32_t value);
+bool snakebot_acknowledge_detail_is_in_range(uint8_t value);
 
 /**
  * Check that given physical value is in allowed range before encoding.
@@ -3109,6 +3494,28 @@ bool snakebot_acknowledge_detail_is_in_range(uint32_t value);
  * @return true if in range, false otherwise.
  */
 bool snakebot_acknowledge_detail_is_in_phys_range(double value);
+
+/**
+ * Check that given signal is in allowed range.
+ *
+ * @param[in] value Signal to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_acknowledge_host_is_in_range(uint32_t value);
+
+/**
+ * Check that given physical value is in allowed range before encoding.
+ *
+ * Use this BEFORE calling _encode() to avoid silent integer overflow:
+ *   encode(-1.0) on a [0,100] signal wraps to 255 and passes is_in_range().
+ *   is_in_phys_range(-1.0) correctly returns false.
+ *
+ * @param[in] value Physical signal value to check.
+ *
+ * @return true if in range, false otherwise.
+ */
+bool snakebot_acknowledge_host_is_in_phys_range(double value);
 
 /**
  * Pack message Ping.

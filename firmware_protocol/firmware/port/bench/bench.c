@@ -8,6 +8,8 @@
 
 #define WIRE 65536u
 #define FRAMES 4096u
+#define DRAWS 8u
+#define RUBBISH 0x22 /* what nobody stored, as bytes */
 
 static struct sb_board board;
 static struct sb_config config;
@@ -24,6 +26,8 @@ static uint32_t can_out_count;
 static struct sb_parameters stored;
 static bool is_stored;
 static uint32_t saves;
+static uint32_t drawn[DRAWS]; /* what hal_random gives next, last first */
+static uint32_t draws;
 
 uint32_t hal_time_us(void)
 {
@@ -32,6 +36,10 @@ uint32_t hal_time_us(void)
 
 uint32_t hal_random(void)
 {
+    if (draws > 0u) {
+        draws--;
+        return drawn[draws];
+    }
     random_state = random_state * 1664525u + 1013904223u;
     return random_state >> 8;
 }
@@ -72,7 +80,11 @@ void hal_can_write(const struct sb_frame *frame)
 
 bool hal_parameters_load(struct sb_parameters *parameters)
 {
-    *parameters = stored;
+    if (is_stored) {
+        *parameters = stored;
+    } else {
+        memset(parameters, RUBBISH, sizeof *parameters); /* nothing is promised of it */
+    }
     return is_stored;
 }
 
@@ -87,7 +99,7 @@ void hal_parameters_save(const struct sb_parameters *parameters)
 
 /* A new board with new joints: nothing stored. */
 void bench_new(uint8_t joints, uint32_t seed, uint32_t start_us, float angle_rad, float speed_rad_s,
-               float acceleration_rad_s2, uint16_t counts_per_rev, float time_constant_s)
+               float acceleration_rad_s2, uint16_t counts_per_rev, float time_constant_s, bool simulated)
 {
     static const float straight[SB_MAX_JOINTS];
     now_us = start_us;
@@ -98,11 +110,16 @@ void bench_new(uint8_t joints, uint32_t seed, uint32_t start_us, float angle_rad
     can_out_count = 0u;
     is_stored = false;
     saves = 0u;
-    config = simulated_board(joints, 1u);
+    draws = 0u;
+    memset(&stored, 0, sizeof stored);
+    config = simulated_board(joints, 0xFEDCBA9876543210u);
     config.counts_per_rev = counts_per_rev;
+    config.simulated = simulated;
     for (uint32_t i = 0u; i < SB_MAX_JOINTS; i++) {
         config.limits[i] = (struct sb_limits){angle_rad, speed_rad_s, acceleration_rad_s2};
-        config.servos[i] = (struct sb_servo){8000000u, 636620, 1u, 16000000u}; /* understands everything */
+        /* They understand everything; each is mounted in its own way, every other one the other way round. */
+        const int32_t slope = 636620 + 5000 * (int32_t)i;
+        config.servos[i] = (struct sb_servo){8000000u + 1000u * i, ((i % 2u) == 0u) ? slope : -slope, 1u, 16000000u};
     }
     simulated_joints_start(&config, straight, time_constant_s);
     simulated_joints_fault(0u, 0u, 0);
@@ -114,6 +131,21 @@ void bench_new(uint8_t joints, uint32_t seed, uint32_t start_us, float angle_rad
 void bench_reset(void)
 {
     sb_board_reset(&board, &config);
+}
+
+/* Built-in limits of one joint, from the next reset on. */
+void bench_limits(uint8_t joint, float angle_rad, float speed_rad_s, float acceleration_rad_s2)
+{
+    config.limits[joint] = (struct sb_limits){angle_rad, speed_rad_s, acceleration_rad_s2};
+}
+
+/* A number that the random source gives before all others; of several the last one first. */
+void bench_draw(uint32_t number)
+{
+    if (draws < DRAWS) {
+        drawn[draws] = number;
+        draws++;
+    }
 }
 
 void bench_time(uint32_t time_us)
@@ -165,6 +197,18 @@ uint32_t bench_take(uint8_t *data)
 uint32_t bench_can_sent(void)
 {
     return can_out_count;
+}
+
+/* What a damaged memory, or another firmware, may have left there. */
+void bench_store_trim(uint8_t joint, int16_t steps)
+{
+    stored.trim[joint] = steps;
+    is_stored = true;
+}
+
+int16_t bench_stored_trim(uint8_t joint)
+{
+    return stored.trim[joint];
 }
 
 uint32_t bench_saves(void)

@@ -40,6 +40,23 @@ struct uart {
 #define SYSTICK_RELOAD (*(volatile uint32_t *)0xE000E014u)
 #define NVIC_ENABLE (*(volatile uint32_t *)0xE000E100u)
 
+/* CMSDK watchdog: counts down; the first time at zero it raises the NMI, the second time it resets the processor. */
+struct watchdog {
+    volatile uint32_t load;
+    volatile uint32_t value;
+    volatile uint32_t control; /* bit 0: NMI and counting on, bit 1: reset on */
+    volatile uint32_t clear;   /* any write: back to `load`, the NMI is over */
+    uint32_t unused[764];
+    volatile uint32_t lock; /* at 0xC00; registers can be written after this has got the key, until it gets another */
+};
+
+#define WATCHDOG ((struct watchdog *)0x40008000u)
+#define WATCHDOG_NMI 1u
+#define WATCHDOG_RESET 2u
+#define WATCHDOG_KEY 0x1ACCE551u
+/* A hung board holds its joints where they are: shorter than the 2 s after which a fault relaxes them. */
+#define WATCHDOG_S_DIVISOR 2u /* half a second */
+
 #define CLOCK_HZ 25000000u
 #define COUNTER_HZ 25000000u /* before the prescaler */
 #define BAUD 1000000u
@@ -57,6 +74,7 @@ static volatile uint32_t tx_begin;
 
 static struct sb_board board;
 static struct sb_config config;
+static uint32_t fed_us; /* what the counter showed when the watchdog was fed last */
 
 /* Kept over a reset as long as the supply lasts: this board has no memory that would last longer. */
 struct kept {
@@ -209,6 +227,28 @@ static void start_hardware(void)
     SYSTICK_CONTROL = 7u;
 }
 
+static void start_watchdog(void)
+{
+    WATCHDOG->lock = WATCHDOG_KEY;
+    WATCHDOG->load = CLOCK_HZ / WATCHDOG_S_DIVISOR;
+    WATCHDOG->control = WATCHDOG_NMI | WATCHDOG_RESET;
+    WATCHDOG->lock = 0u;
+    fed_us = hal_time_us();
+}
+
+/* Only where the main loop comes round, time goes on, and all that was due has been done: no interrupt may do it. */
+static void feed_watchdog(void)
+{
+    const uint32_t now_us = hal_time_us();
+    if ((now_us == fed_us) || (sb_board_idle_us(&board) == 0u)) {
+        return;
+    }
+    WATCHDOG->lock = WATCHDOG_KEY;
+    WATCHDOG->clear = 1u;
+    WATCHDOG->lock = 0u;
+    fed_us = now_us;
+}
+
 int main(void)
 {
     static const float straight[SB_MAX_JOINTS];
@@ -217,8 +257,10 @@ int main(void)
     config = simulated_board(JOINTS, 385u);
     simulated_joints_start(&config, straight, 0.03f);
     sb_board_reset(&board, &config);
+    start_watchdog();
     for (;;) {
         sb_board_step(&board);
+        feed_watchdog();
         /* A byte that comes in between the look and the sleep must still wake it: WFI does so with interrupts off. */
         interrupts_off();
         if ((rx_begin == rx_end) && (sb_board_idle_us(&board) > 0u)) {

@@ -32,7 +32,10 @@ void reset_handler(void)
     fault_handler();
 }
 
-/* A processor that has lost its way restarts: servos off, a new boot id, and the host knows. */
+/*
+ * A processor that has lost its way restarts: servos off, a new boot id, and the host knows. The NMI is the watchdog's: a
+ * main loop that hangs comes here, interrupts off or not. Where even this does not run, the watchdog resets by itself.
+ */
 void fault_handler(void)
 {
     AIRCR = AIRCR_RESET;

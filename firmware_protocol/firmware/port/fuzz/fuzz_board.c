@@ -17,8 +17,10 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
+#define CLEAR 69u
+
 static const uint16_t ids[16] = {
-    1u, 16u, 17u, 48u, 64u, 65u, 66u, 67u, 68u, 80u, 88u, 32u, 49u, 79u, 104u, 0x7FFu,
+    1u, 16u, 17u, 48u, 64u, 65u, 66u, 67u, 68u, 80u, 88u, 32u, 49u, 79u, CLEAR, 0x7FFu,
 };
 
 static void check(bool right)
@@ -64,6 +66,7 @@ static void check_state(void)
         check(board.joints.powered[i] != isnan(simulated_joints_target((uint8_t)i)));
         check(board.joints.limiter.limits[i].angle_rad <= config.limits[i].angle_rad);
         check(board.joints.limiter.limits[i].angle_rad > 0.0f);
+        check(abs(board.joints.trim[i]) <= SB_MOST_TRIM);
     }
     check(sb_board_idle_us(&board) <= 1000000u);
 }
@@ -100,10 +103,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     memset(&listener, 0, sizeof listener);
     const uint8_t joints = (uint8_t)((data[0] < 0xF0u) ? (1u + data[0] % 4u) : SB_MAX_JOINTS); /* small ones are fast */
     bench_new(joints, data[1], 0xFFFFFFFFu - 4096u * data[1], 1.658f, 8.0f, 60.0f, 8192u,
-              0.03f);
+              0.03f, true);
     size_t at = 2u;
     while (at < size) {
         const uint8_t what = data[at];
+        const uint8_t mode_before = board.modes.mode;
+        bool may_clear = (what >= 0xC0u) && (what < 0xE0u); /* bytes may be a packet of any kind */
         const size_t left = size - at - 1u;
         const uint8_t *next = &data[at + 1u];
         at++;
@@ -113,8 +118,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             const size_t length = (left < 8u) ? left : 8u;
             uint8_t payload[8] = {0u};
             memcpy(payload, next, length);
+            may_clear = ids[what & 15u] == CLEAR;
             /* the right length mostly, any length sometimes */
-            static const uint8_t lengths[16] = {5u, 8u, 8u, 6u, 6u, 8u, 8u, 8u, 8u, 4u, 4u, 8u, 8u, 8u, 8u, 0u};
+            static const uint8_t lengths[16] = {5u, 8u, 8u, 6u, 6u, 8u, 8u, 8u, 8u, 4u, 4u, 8u, 8u, 8u, 6u, 0u};
             bench_can(ids[what & 15u], payload, (what < 0xB0u) ? lengths[what & 15u] : (uint8_t)(payload[7] % 9u));
             at += length;
         } else if (what < 0xE0u) {
@@ -138,6 +144,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         simulated_joints_fault(0u, 0u, 0);
         check_wire();
         check_state();
+        check((mode_before < 3u) || (board.modes.mode >= 3u) || may_clear);
     }
     return 0;
 }

@@ -12,8 +12,10 @@
 #include <unistd.h>
 
 #include "core/board.h"
+#include "core/generated/snakebot.h"
 #include "core/hal.h"
 #include "model/simulated_joints.h"
+#include "parameters.h"
 #include "pty.h"
 #include "slcan.h"
 
@@ -52,6 +54,7 @@ static uint32_t random_state;
 static const char *parameters_file;
 static struct sb_parameters kept;
 static bool is_kept;
+static bool parameters_lost; /* there is a file, and it cannot be used */
 static volatile sig_atomic_t reset_wanted;
 static volatile sig_atomic_t stop_pressed;
 static volatile sig_atomic_t end_wanted;
@@ -127,14 +130,24 @@ void hal_can_write(const struct sb_frame *frame)
     }
 }
 
+/*
+ * Without its trims and zeros a board takes its joints to be where they are not, and jumps when it is armed. So where a
+ * file is there that cannot be used, arming is refused (a fault of the hardware: internal) until somebody has put it
+ * right or taken it away, and the board has been reset. It is not written over: what can be saved of it is saved by hand.
+ */
 bool hal_parameters_load(struct sb_parameters *parameters)
 {
-    if (!is_kept && (parameters_file != NULL)) {
-        FILE *file = fopen(parameters_file, "rb");
-        if (file != NULL) {
-            is_kept = (fread(&kept, sizeof kept, 1u, file) == 1u) && (fgetc(file) == EOF);
-            (void)fclose(file);
+    if (parameters_file != NULL) {
+        const enum parameters_state state = parameters_read(parameters_file, &kept);
+        const char *wrong = parameters_say(state);
+        parameters_lost = wrong != NULL;
+        if (wrong != NULL) {
+            (void)fprintf(stderr,
+                          "snakebot_board: %s: %s; trims and zeros are lost: arming is refused until it is restored or "
+                          "removed and the board is reset\n",
+                          parameters_file, wrong);
         }
+        is_kept = state == PARAMETERS_LOADED;
     }
     *parameters = kept;
     return is_kept;
@@ -142,16 +155,14 @@ bool hal_parameters_load(struct sb_parameters *parameters)
 
 void hal_parameters_save(const struct sb_parameters *parameters)
 {
+    if (parameters_lost) {
+        (void)fprintf(stderr, "snakebot_board: %s: not written over, it could not be used\n", parameters_file);
+        return;
+    }
     kept = *parameters;
     is_kept = true;
-    if (parameters_file != NULL) {
-        FILE *file = fopen(parameters_file, "wb");
-        if ((file == NULL) || (fwrite(&kept, sizeof kept, 1u, file) != 1u)) {
-            (void)fprintf(stderr, "snakebot_board: %s: %s\n", parameters_file, strerror(errno));
-        }
-        if (file != NULL) {
-            (void)fclose(file);
-        }
+    if ((parameters_file != NULL) && !parameters_write(parameters_file, &kept)) {
+        (void)fprintf(stderr, "snakebot_board: %s: not stored: %s\n", parameters_file, strerror(errno));
     }
 }
 
@@ -268,6 +279,14 @@ static void parse(int count, char **arguments)
     }
 }
 
+/* What is wrong with this board while no button is pressed. */
+static void show_hardware(void)
+{
+    const uint8_t code =
+        parameters_lost ? SNAKEBOT_FAULT_EVENT_CODE_INTERNAL_CHOICE : SNAKEBOT_FAULT_EVENT_CODE_NONE_CHOICE;
+    simulated_joints_fault(code, 0u, 0);
+}
+
 static void flush_can(void)
 {
     if (can_out_length > 0u) {
@@ -300,6 +319,7 @@ int main(int count, char **arguments)
     }
     simulated_joints_start(&config, start_rad, time_constant_s);
     sb_board_reset(&board, &config);
+    show_hardware();
     if (speaks_can) {
         (void)printf("can:slcan/%s?bitrate=1000000&sleep_after_open=0\n", pty.path);
     } else {
@@ -310,13 +330,14 @@ int main(int count, char **arguments)
         if (reset_wanted != 0) {
             reset_wanted = 0;
             sb_board_reset(&board, &config);
+            show_hardware();
         }
         if (stop_pressed != 0) {
             stop_pressed = 0;
-            simulated_joints_fault(2u, 0u, 0);
+            simulated_joints_fault(SNAKEBOT_FAULT_EVENT_CODE_EMERGENCY_STOP_CHOICE, 0u, 0);
         }
         sb_board_step(&board);
-        simulated_joints_fault(0u, 0u, 0);
+        show_hardware();
         flush_can();
         sleep_until_due();
     }

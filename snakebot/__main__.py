@@ -1,0 +1,5 @@
+"""``python -m snakebot``: the command line."""
+
+from snakebot.cli.entry import main
+
+main()

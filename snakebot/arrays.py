@@ -1,0 +1,10 @@
+"""Arrays by what they hold; shapes stand in the docstrings of those who use them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]

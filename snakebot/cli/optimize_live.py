@@ -1,0 +1,207 @@
+"""``snakebot optimize --live``: diagnose the robot, choose with and without what was found, run both, say if it paid.
+
+Every motion is made, asked for and stopped as ``diagnose --live`` makes its own.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from snakebot.cli.diagnose_live import Live, live, run_one, stoppable, told_what_is_left
+from snakebot.cli.live_story import Story
+from snakebot.cli.study_output import table_text
+from snakebot.errors import BadInputError
+from snakebot.whole_files import write_all
+
+if TYPE_CHECKING:
+    from snakebot.cli.run_options import RunOptions
+    from snakebot.diagnosis import Diagnosis
+    from snakebot.gait import Gait
+    from snakebot.optimise.goal import Goal
+    from snakebot.optimise.optimum import Optimum
+    from snakebot.optimise.promise import Options, Promise
+    from snakebot.optimise.proof import Measured, Proof
+    from snakebot.robot import Robot
+
+CYCLES = 6  # of a run that counts, between its ramps; chosen
+
+
+@dataclass(frozen=True)
+class Undertaking:
+    """What is to be done.
+
+    Attributes:
+        folder: new; the logs of the diagnosis and of the gaits go into folders of it.
+        budget: most runs of the diagnosis.
+        repeats: runs of each of the two choices.
+    """
+
+    folder: Path
+    goal: Goal
+    options: Options
+    run_options: RunOptions
+    budget: int
+    repeats: int
+
+
+def optimize_live(asked: Undertaking, robot: Robot, say: Callable[[str], None]) -> tuple[Optimum, Proof]:
+    """The choice on the calibrated description, and what both choices did on the robot.
+
+    Raises:
+        BadInputError: the goal cannot be reached, or the user said no too early.
+        BoardFaultError: an emergency stop, in a run or between two.
+        SnakebotError: a run failed; see ``snakebot run``.
+    """
+    from snakebot.diagnosis.show.apply import calibrated
+    from snakebot.optimise.optimum import optimise
+    from snakebot.optimise.proof import neighbours, prove
+
+    say("Choosing on the description as it is.")
+    nominal = optimise(
+        robot, asked.goal, asked.options
+    )  # what cannot be reached is refused before anything moves
+    found = live(Live(asked.folder / "diagnosis", asked.budget, asked.run_options), robot, _diagnosed, say)
+    try:
+        known = calibrated(robot, found)
+        write_all([(asked.folder / "calibrated.yaml", known.to_yaml())])
+    except BadInputError:
+        known = robot
+        say(f"The verdict is {found.verdict.replace('_', ' ')}: the description stays as it is.")
+    say("Choosing on the calibrated description.")
+    chosen = optimise(known, asked.goal, asked.options)
+    around = neighbours(known, chosen.found, asked.options)
+    plain = _on(known, nominal.found, asked.options)
+    plan = Live(asked.folder / "gaits", asked.budget, asked.run_options)
+    plan.folder.mkdir(parents=True, exist_ok=True)
+    with told_what_is_left(plan.folder, say), stoppable(plan.options.port):
+        proof = prove(
+            asked.goal, plain, chosen.found, around, _Runner(plan, robot, say), repeats=asked.repeats
+        )
+    return chosen, proof
+
+
+def _diagnosed(folder: Path) -> Diagnosis:
+    from dataclasses import replace
+
+    from snakebot.diagnosis import diagnose
+    from snakebot.runlog import open_session
+    from snakebot.runlog.repeats import mark_repeats
+
+    session = open_session(folder)
+    return diagnose(replace(session, runs=mark_repeats(session.runs)))
+
+
+def _on(robot: Robot, promise: Promise, options: Options) -> Promise:
+    """The same gait, with what the calibrated description promises of it."""
+    from snakebot.optimise.promise import promises
+
+    return promises(robot, [("without calibration", promise.row)], options)[0]
+
+
+class _Runner:
+    """Runs a gait after a yes; its speed and power. ``robot``: as it was described, without what was found."""
+
+    def __init__(self, plan: Live, robot: Robot, say: Callable[[str], None]) -> None:
+        self._plan, self._robot, self._say, self._done = plan, robot, say, 0
+
+    def __call__(self, gait: Gait, what: str) -> tuple[float, float] | None:
+        from snakebot.analysis import analyze_run, load_one
+        from snakebot.control.plans import RAMP_S
+        from snakebot.diagnosis.live import Experiment
+
+        duration_s = round(CYCLES * gait.period_s + 2 * RAMP_S, 2)
+        words = (
+            f"snakebot run --alpha {math.degrees(gait.alpha_rad):.2f} --beta {math.degrees(gait.beta_rad):.2f} "
+            f"--omega {gait.omega_rad_s:.4f}{gait.shares_option} --duration {duration_s:g}"
+        )
+        experiment = Experiment(gait, duration_s, RAMP_S, False, what, words)
+        if not run_one(self._plan, self._robot, experiment, self._done, self._say, Story(None)):
+            return None
+        self._done += 1
+        run = load_one(self._plan.folder / f"live_{self._done:02d}.mcap").run
+        analysis = analyze_run(run, self._robot)
+        if not math.isfinite(analysis.speed_m_s):
+            raise BadInputError(
+                f"{self._plan.options.port}: the run has no speed: the board reports no pose, and --speed of a run is "
+                "asked for by `snakebot run` alone"
+            )
+        power = analysis.power_electrical_w
+        return analysis.speed_m_s, power if math.isfinite(power) else analysis.power_in_w
+
+
+def lines(goal: Goal, proof: Proof) -> list[str]:
+    """What came of it, in words."""
+    rows = [m for m in (proof.calibrated, proof.nominal, *proof.neighbours) if m is not None]
+    head = ["on the robot", "runs", "speed m/s", "95 %", "promised", "95 %", "power W", "promised"]
+    told = [table_text(f"Promise and outcome, for {goal.aim}", head, [_row(m) for m in rows], [0])]
+    what = "faster" if goal.aim == "speed" else "cheaper"
+    if proof.verdict == "same choice":
+        told.append("The calibration does not change the choice: there is nothing to gain by it here.")
+    elif proof.gain is None:
+        told.append("Not both choices were run: whether the calibration pays cannot be told.")
+    else:
+        span = proof.gain_ci95
+        known = "" if span is None else f" (95 %: {100 * span[0]:+.1f} to {100 * span[1]:+.1f} %)"
+        told.append(
+            f"With the calibration {100 * proof.gain:+.1f} % {what}{known}: {_VERDICT[proof.verdict]}."
+        )
+    kept, among = proof.held
+    if among:
+        told.append(f"{kept} of {among} gaits moved as fast as promised, within the promise's 95 %.")
+    return told
+
+
+_VERDICT = {
+    "paid": "it paid",
+    "did not pay": "it did not pay",
+    "cannot be told": "the runs cannot tell whether it paid",
+}
+
+
+def _row(measured: Measured) -> list[str]:
+    promise = measured.promise
+    mean: dict[str, Any] = {
+        name: sum(values) / len(values)
+        for name, values in (("speed", measured.speed_m_s), ("power", measured.power_w))
+    }
+    return [
+        promise.what if promise.what != "found" else "calibrated", str(len(measured.speed_m_s)),
+        f"{mean['speed']:.4f}", _span(measured.interval("speed_m_s")), f"{promise.speed_m_s:.4f}",
+        _span(promise.speed_ci95), f"{mean['power']:.3f}", f"{promise.power_w:.3f}",
+    ]  # fmt: skip
+
+
+def _span(ends: tuple[float, float] | None) -> str:
+    return "" if ends is None else f"{ends[0]:.3f} to {ends[1]:.3f}"
+
+
+def reachable(options: RunOptions, robot: Robot) -> None:
+    """Ask the board who it is, and let it go: the choice before the first run takes its time.
+
+    Raises:
+        BadInputError: the board is not this robot's.
+        NoBoardError: the port cannot be opened, or nobody answers on it.
+        BoardFaultError: a servo reports an error, or stands beyond its joint's limit.
+    """
+    from snakebot.control import open_board
+
+    with open_board(
+        options.port, robot, effects=options.effects, virtual=options.fast, tell=lambda line: None
+    ):
+        pass
+
+
+def confirmable(options: RunOptions) -> None:
+    """
+    Raises:
+        BadInputError: somebody has to say yes, and nobody is there.
+    """
+    if not options.yes and not sys.stdin.isatty():
+        raise BadInputError(
+            f"{options.port}: there is nobody to ask before each motion: add --yes if it may move"
+        )

@@ -1,0 +1,150 @@
+"""The noise floor: how far two runs of the same motion differ, and what white noise the readings carry."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from snakebot.arrays import Bools, Floats
+from snakebot.diagnosis.evidence.data import Data, PreparedRun
+from snakebot.diagnosis.evidence.repeats import Difference, change_warnings, doubt_warning, repeated_pairs
+
+TRIM = 0.05  # share of the largest block differences, taken for mishaps of one run; chosen
+SUSPECT = 4.0  # floor over the white noise, above which it is looked at twice; chosen
+LARGE = 0.1  # rms of a gap over that of the commanded motion, above which no floor may hide it; chosen
+COVERS = 2.0  # rms of a gap over the floor, under which it does not stand out from it; chosen
+# To which two logs must begin alike for their motions over ground to be compared, s; chosen.
+SAME_TIME_S = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Floor:
+    """Noise a joint, as standard deviations in rad.
+
+    Attributes:
+        repeat_rad: (k,) from repeated runs, nan without any: noise of readings and of the motion itself.
+        white_rad: (k,) white part of the readings, from their third differences; at least the quantiser's.
+        pairs: number of pairs of runs behind ``repeat_rad``.
+        like: pairs of runs that did the same at the same times, as far as noise goes.
+        warnings: of pairs of runs between which the robot changed; they are not in the floor.
+        doubts: joints (0-based) whose floor is large enough to hide a gap that is plain to see, and a warning of each.
+    """
+
+    repeat_rad: Floats
+    white_rad: Floats
+    pairs: int
+    quantiser_rad: float
+    like: frozenset[tuple[int, int]] = frozenset()
+    warnings: tuple[str, ...] = ()
+    doubts: Mapping[int, str] = field(default_factory=dict)
+
+    @property
+    def rad(self) -> Floats:
+        """(k,) the floor used everywhere: repeats where there are any, else the white part; not under the quantiser's.
+
+        A robot that repeats itself to the count is still only read to the count.
+        """
+        known = np.where(np.isfinite(self.repeat_rad), self.repeat_rad, self.white_rad)
+        return np.asarray(np.maximum(known, self.quantiser_rad))
+
+    @property
+    def known(self) -> bool:
+        """Whether the floor comes from repeats, so that it holds more than sensor noise."""
+        return self.pairs > 0
+
+
+def noise_floor(data: Data, nominal: Sequence[Floats] | None = None) -> Floor:
+    """Estimate the floor of a session.
+
+    Args:
+        nominal: predicted readings (N, k) a run, for robots that changed between repeats to be told from noise.
+    """
+    k = data.joints
+    white = np.array([white_noise(data, joint) for joint in range(k)])
+    squares: list[list[Floats]] = [[] for _ in range(k)]
+    pairs = repeated_pairs(data, white, nominal)
+    for pair in pairs:
+        for difference in pair.differences:
+            if difference.joint not in pair.changed:
+                squares[difference.joint].append(_by_block(data.runs[pair.one], difference))
+    repeat = np.array([_trimmed_root(np.concatenate(s)) if s else np.nan for s in squares])
+    doubtful = [] if nominal is None else np.flatnonzero(_doubtful(data, nominal, repeat, white)).tolist()
+    return Floor(
+        repeat_rad=repeat,
+        white_rad=white,
+        pairs=sum(any(d.joint not in p.changed for d in p.differences) for p in pairs),
+        quantiser_rad=data.quantiser_rad,
+        like=frozenset((p.one, p.other) for p in pairs if not p.changed and abs(p.shift_s) < SAME_TIME_S),
+        warnings=change_warnings(data, pairs),
+        doubts={joint: doubt_warning(data, pairs, joint) for joint in doubtful},
+    )
+
+
+def _doubtful(data: Data, nominal: Sequence[Floats], repeat_rad: Floats, white_rad: Floats) -> Bools:
+    """(k,) joints whose repeats are so far apart that they would hide a gap that is plain to see.
+
+    What changes in mid-run does not depend on the motion, and need not be noise.
+    """
+    doubtful = np.zeros(data.joints, dtype=bool)
+    for joint in range(data.joints):
+        floor = repeat_rad[joint]
+        if not floor > SUSPECT * white_rad[joint]:  # nan: no repeats
+            continue
+        gap = np.concatenate(
+            [(r.measured_rad - p)[r.use[:, joint], joint] for r, p in zip(data.runs, nominal, strict=True)]
+        )
+        told = np.concatenate([r.command_rad[r.use[:, joint], joint] for r in data.runs])
+        size = float(np.square(gap).mean())
+        doubtful[joint] = LARGE**2 * float(np.var(told)) < size < (COVERS * floor) ** 2
+    return doubtful
+
+
+def _by_block(run: PreparedRun, difference: Difference) -> Floats:
+    """Half the mean square of a difference, block by block of its run."""
+    blocks = run.blocks[difference.rows]
+    counts = np.bincount(blocks)
+    kept = counts > 2
+    square = 0.5 * np.square(difference.rad)
+    return np.asarray(np.bincount(blocks, weights=square)[kept] / counts[kept])
+
+
+def _trimmed_root(squares: Floats) -> float:
+    ordered = np.sort(squares)
+    kept = ordered[: max(1, int(np.ceil(ordered.size * (1 - TRIM))))]
+    return float(np.sqrt(kept.mean()))
+
+
+def white_noise(data: Data, joint: int) -> float:
+    """Standard deviation of what changes from sample to sample, from third differences of evenly spaced samples.
+
+    A quarter of the differences that are smallest in the commanded motion count: where the joint hardly moves, nothing
+    but noise is left.
+    """
+    found: list[Floats] = []
+    weight: list[Floats] = []
+    for run in data.runs:
+        use = run.use[:, joint]
+        if use.sum() < 12:
+            continue
+        dt = np.diff(run.t_s)
+        even = np.abs(dt - run.period_s) < 0.3 * run.period_s
+        whole = use[:-3] & use[1:-2] & use[2:-1] & use[3:] & even[:-2] & even[1:-1] & even[2:]
+        third = np.diff(run.measured_rad[:, joint], n=3)[whole]
+        moved = np.abs(np.diff(run.command_rad[:, joint], n=3))[whole]
+        found.append(third / np.sqrt(20.0))
+        weight.append(moved)
+    least = data.quantiser_rad
+    if not found:
+        return least
+    value, moved = np.concatenate(found), np.concatenate(weight)
+    if value.size < 8:
+        return least
+    calm = value[moved <= np.quantile(moved, 0.5)]
+    return float(max(1.4826 * np.median(np.abs(calm)), 0.8 * np.sqrt(np.mean(np.square(_clip(calm)))), least))
+
+
+def _clip(x: Floats) -> Floats:
+    bound = 4 * 1.4826 * np.median(np.abs(x))
+    return np.clip(x, -bound, bound)

@@ -1,0 +1,110 @@
+"""Whether there is a gap: joint by joint and over ground, against what noise and tolerance allow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from snakebot.arrays import Bools, Floats, Ints
+from snakebot.diagnosis.evidence.blocks import mean_difference
+from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN
+from snakebot.diagnosis.evidence.score import Scoring
+
+GAP_SE = 3.0  # standard errors by which a gap must stand above the allowed spread; chosen
+# Mean square over the allowed one, above which a gap is one: the floor is an estimate itself; chosen.
+GAP_RATIO = 1.3
+FEWEST_WINDOWS = 8  # over ground, below which their scatter says nothing; chosen
+CERTAIN_RATIO = (
+    2.5 * GAP_RATIO
+)  # mean square over the allowed one that is a gap however few blocks show it; chosen
+# The same over ground. Healthy robots, a few per cent off, come to 1.2, 1.9 and 0.9 at most (102 of the blind check's
+# cases without a gap).
+CERTAIN_RATIO_OVER_GROUND = {FORWARD: 1.7, LATERAL: 2.4, TURN: 1.7}
+CERTAIN_RATIO_OF_FEW = 2.0 * GAP_RATIO  # the same over ground, where there are few windows; chosen
+LEAST_NAMED = 0.05  # of the gap, over the number of joints, for a joint to be named; chosen
+
+
+@dataclass(frozen=True, eq=False)
+class Gap:
+    """What an explanation leaves over.
+
+    Attributes:
+        joint_square: (k,) mean squares above the floor, rad^2.
+        significant: (k,) whether they are beyond noise and tolerance.
+        ground_ratio: mean square of the ground's features over what is allowed; nan without a ground.
+        ground_significant: the same for the ground.
+    """
+
+    joint_square: Floats
+    significant: Bools
+    ground_ratio: float
+    ground_significant: bool
+
+    @property
+    def any(self) -> bool:
+        return bool(self.significant.any()) or self.ground_significant
+
+    @property
+    def joint_shares(self) -> Floats:
+        """(k,) adding up to one; zeros without a gap."""
+        total = self.joint_square.sum()
+        return self.joint_square / total if total > 0 else np.zeros_like(self.joint_square)
+
+
+def gap_of(scoring: Scoring, mean_square: Floats, rows: Bools | None = None) -> Gap:
+    """The gap that mean squares (B,) of residuals are, in the blocks ``rows`` (B,) or in those that decide."""
+    asked = scoring.decides if rows is None else rows
+    square, significant = np.zeros(scoring.joints), np.zeros(scoring.joints, dtype=bool)
+    for joint in range(scoring.joints):
+        mine = (scoring.joint == joint) & asked
+        if not mine.any():
+            continue
+        found, allowed = mean_square[mine], scoring.allowed_square[mine]
+        square[joint] = max(float(found.mean()) - float(scoring.floor_square[mine][0]), 0.0)
+        significant[joint] = beyond(found, allowed, scoring.run[mine])
+    mine = scoring.of_ground & asked
+    ratio, ground = float("nan"), False
+    if mine.any():
+        ratio = float(np.mean(mean_square[mine] / scoring.allowed_square[mine]))
+        ground = _ground_beyond(scoring, mean_square, asked)
+    return Gap(square, significant, ratio, ground)
+
+
+def hidden_gap(scoring: Scoring, mean_square: Floats, joints: Iterable[int]) -> Gap:
+    """The gap on joints (0-based) whose floor is too large to be believed: all of the mean squares (B,) there."""
+    square, significant = np.zeros(scoring.joints), np.zeros(scoring.joints, dtype=bool)
+    for joint in joints:
+        rows = (scoring.joint == joint) & scoring.decides
+        if rows.any():
+            square[joint], significant[joint] = float(mean_square[rows].mean()), True
+    return Gap(square, significant, float("nan"), False)
+
+
+def _ground_beyond(scoring: Scoring, mean_square: Floats, asked: Bools) -> bool:
+    """Whether speed or turning is off beyond what is allowed, over all windows."""
+    for kind, certain in CERTAIN_RATIO_OVER_GROUND.items():
+        rows = (scoring.kind == kind) & asked
+        found, allowed = mean_square[rows], scoring.allowed_square[rows]
+        few = found.size < FEWEST_WINDOWS
+        if few and found.size >= 2 and np.mean(found / allowed) > CERTAIN_RATIO_OF_FEW:
+            return True
+        if not few and beyond(found, allowed, scoring.run[rows], certain):
+            return True
+    return False
+
+
+def beyond(square: Floats, allowed: Floats, run: Ints, certain: float = CERTAIN_RATIO) -> bool:
+    """Whether the mean squares (b,) of some blocks are beyond those allowed (b,); ``certain``: a ratio that is."""
+    excess = mean_difference(np.log1p(square / allowed) - np.log(1 + GAP_RATIO), run)
+    overall = float(square.mean() / allowed.mean())
+    return (excess.z > GAP_SE and excess.mean > 0) or overall > certain
+
+
+def named_joints(gap: Gap) -> tuple[int, ...]:
+    """1-based joints with a gap worth naming."""
+    share = gap.joint_shares
+    return tuple(
+        j + 1 for j in range(share.size) if gap.significant[j] and share[j] >= LEAST_NAMED / share.size
+    )

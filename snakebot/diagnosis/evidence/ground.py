@@ -1,0 +1,338 @@
+"""The motion over ground: measured by a pose or by one forward speed a run, predicted by replaying joint angles.
+
+A run with a pose is cut into quarters of its gait's cycle (or seconds); of each the mean velocity along and across
+the mean heading and the turn rate are compared. Errors therefore do not pile up along the way, and mass, which hardly
+changes the speed of a cycle, shows within it. A run with a forward speed alone gives one number: the speed over its
+second half. A pose without headings is cut into whole cycles, and gives the speed along its way, nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence, Set
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from snakebot.arrays import Floats, Ints
+from snakebot.diagnosis.evidence.data import Data, PreparedRun, holes
+from snakebot.diagnosis.evidence.smoothing import smoothed
+
+if TYPE_CHECKING:
+    from snakebot.physics import ChainModel
+
+
+SPEED_RESOLUTION_M_S = 0.001  # of a treadmill or camera at best, m/s; chosen
+TURN_RESOLUTION_RAD_S = 0.003  # the same of a turn rate, rad/s; chosen
+SPEED_ACCURACY = 0.005  # relative error of a measured speed
+QUARTERS, SHORTEST_S = (
+    4,
+    0.25,
+)  # windows a cycle, and the length (s) below which the pose's noise rules; chosen
+POSE_SMOOTH_S = 0.2  # span of the cubics through a pose, s; chosen
+HOLE_S = 0.1  # without a row, above which joint angles are not known well enough for a replay, s; chosen
+REGAINED_S = 1.0  # after a hole, for the simulated body to have regained the pace of the real one, s; chosen
+
+FORWARD, LATERAL, TURN = 0, 1, 2  # what a feature of the motion over ground is
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """A stretch of a run over which a velocity is taken; ``place`` is its number there.
+
+    Of a pose without headings the speed is that of the ``course``, the way from the stretch's beginning to its end.
+    """
+
+    run: int
+    start_s: float
+    end_s: float
+    speed_only: bool
+    place: int = 0
+    course: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class GroundFeatures:
+    """What was measured of the motion over ground.
+
+    Attributes:
+        windows: (W,) stretches.
+        value: (F,) measured features: of each window forward and lateral velocity and turn rate, or forward alone.
+        window, kind: (F,) which window and which of FORWARD, LATERAL, TURN.
+        floor_square: (F,) variance from repeats or from the resolution of the measurement.
+        from_repeats: whether the floor of the forward speed comes from repeats.
+    """
+
+    windows: tuple[Window, ...]
+    value: Floats
+    window: Ints
+    kind: Ints
+    floor_square: Floats
+    from_repeats: bool
+
+    @property
+    def run(self) -> Ints:
+        return np.array([self.windows[w].run for w in self.window], dtype=np.int64)
+
+    @property
+    def count(self) -> int:
+        return int(self.value.size)
+
+
+def measured_ground(data: Data, like: Set[tuple[int, int]]) -> GroundFeatures | None:
+    """The measured motion over ground; None where the session says nothing about it.
+
+    Args:
+        like: pairs of runs (indices, rising) that repeat each other, for the floor.
+    """
+    if not data.has_ground:
+        return None
+    windows: list[Window] = []
+    for index, run in enumerate(data.runs):
+        windows += [w for w in _windows(index, run) if not broken(run, w.start_s, w.end_s)]
+    poses = {
+        index: _smoothed_pose(run.t_s, run.pose)
+        for index, run in enumerate(data.runs)
+        if run.pose is not None
+    }
+    values: list[float] = []
+    window_of: list[int] = []
+    kinds: list[int] = []
+    for number, window in enumerate(windows):
+        run = data.runs[window.run]
+        if window.speed_only:
+            assert run.forward_speed_m_s is not None
+            features: tuple[float, ...] = (run.forward_speed_m_s,)
+        else:
+            features = window_features(run.t_s, poses[window.run], window)
+        for kind, feature in enumerate(features):
+            if np.isfinite(feature):
+                values.append(feature)
+                window_of.append(number)
+                kinds.append(kind)
+    if not values:
+        return None
+    value, what, of = np.array(values), np.array(kinds, dtype=np.int64), np.array(window_of, dtype=np.int64)
+    floor, from_repeats = _floor(windows, value, what, of, like)
+    return GroundFeatures(tuple(windows), value, of, what, floor, from_repeats)
+
+
+def _windows(index: int, run: PreparedRun) -> list[Window]:
+    end = run.duration_s
+    if run.pose is None:
+        if run.forward_speed_m_s is None:
+            return []
+        return [Window(index, *steady_span(run), True)]
+    length = 2 * np.pi / abs(run.omega_rad_s) if run.omega_rad_s else 1.0
+    first = min(
+        length, end / 3
+    )  # the start from rest tells of mass, but every lab starts its clock elsewhere
+    course = not has_heading(run.pose)
+    if run.omega_rad_s and not course:  # without headings, the sway within a cycle would pass for speed
+        length /= int(np.clip(length / SHORTEST_S, 1, QUARTERS))
+    count = int((end - first) / length + 1e-6)
+    if count < 1:
+        return [Window(index, first, end, False, course=course)]
+    return [
+        Window(index, first + i * length, first + (i + 1) * length, False, i, course) for i in range(count)
+    ]
+
+
+def has_heading(pose: Floats | None) -> bool:
+    """Whether a heading is known anywhere in a pose (N, 3); where there is no pose, none is missed."""
+    return pose is None or bool(np.isfinite(pose).all(axis=1).any())
+
+
+def start_pose(t_s: Floats, pose: Floats) -> Floats:
+    """x, y and heading (3,) where a pose begins; without headings, the direction of travel over its first third."""
+    headed = has_heading(pose)
+    known = np.flatnonzero(np.isfinite(pose if headed else pose[:, :2]).all(axis=1))
+    first: Floats = pose[known[0]].copy()
+    if not headed:
+        end = known[np.searchsorted(t_s[known], t_s[0] + (t_s[-1] - t_s[0]) / 3).clip(max=known.size - 1)]
+        way = pose[end, :2] - first[:2]
+        first[2] = np.arctan2(way[1], way[0])
+    return first
+
+
+def _smoothed_pose(t_s: Floats, pose: Floats) -> Floats:
+    if has_heading(pose):
+        return smoothed(t_s, pose, POSE_SMOOTH_S)
+    return np.column_stack([smoothed(t_s, pose[:, :2], POSE_SMOOTH_S), pose[:, 2]])
+
+
+def broken(run: PreparedRun, start_s: float, end_s: float) -> bool:
+    """Whether a stretch of a run has, or comes soon after, a hole in the log: no replay knows the way through it."""
+    before = holes(run.t_s, HOLE_S)
+    return bool(np.any((run.t_s[before] < end_s) & (run.t_s[before + 1] + REGAINED_S > start_s)))
+
+
+def steady_span(run: PreparedRun) -> tuple[float, float]:
+    """The second half of a run, in whole cycles: what a forward speed is taken over."""
+    end, half = run.duration_s, run.duration_s / 2
+    if run.omega_rad_s:
+        period = 2 * np.pi / abs(run.omega_rad_s)
+        cycles = int(half / period)
+        if cycles >= 1:
+            return end - cycles * period, end
+    return half, end
+
+
+def window_features(t_s: Floats, pose: Floats, window: Window) -> tuple[float, float, float]:
+    """Forward, lateral velocity (m/s) along the mean heading and turn rate (rad/s) over a window; of a course, its
+    speed alone.
+    """
+    known = np.isfinite(pose[:, :2] if window.course else pose).all(axis=1)
+    t = t_s[known]
+    if t.size < 2 or t[0] > window.start_s + 0.2 or t[-1] < window.end_s - 0.2:
+        return np.nan, np.nan, np.nan
+    ends = np.array([window.start_s, window.end_s])
+    span = window.end_s - window.start_s
+    dx, dy = (float(np.diff(np.interp(ends, t, pose[known, axis]))[0]) / span for axis in (0, 1))
+    if window.course:
+        return float(np.hypot(dx, dy)), np.nan, np.nan
+    heading = pose[known, 2]
+    inside = (t >= window.start_s) & (t <= window.end_s)
+    mean = float(heading[inside].mean()) if inside.any() else float(np.interp(ends.mean(), t, heading))
+    c, s = np.cos(mean), np.sin(mean)
+    turn = float(np.diff(np.interp(ends, t, heading))[0]) / span
+    return c * dx + s * dy, c * dy - s * dx, turn
+
+
+def predicted(
+    ground: GroundFeatures,
+    data: Data,
+    angle_rad: Sequence[Floats],
+    model: ChainModel,
+    runs: Sequence[int] | None = None,
+    t_s: Sequence[Floats] | None = None,
+) -> Floats:
+    """(F,) features of the motion that joint angles (one (N, k) a run) make; nan for runs not asked for.
+
+    Args:
+        t_s: times of the angles, a run; those of the samples if None.
+    """
+    from snakebot.physics import replay
+
+    out = np.full(ground.count, np.nan)
+    wanted = set(range(len(data.runs)) if runs is None else runs)
+    paths: dict[int, tuple[Floats, Floats]] = {}
+    for index in sorted({w.run for w in ground.windows} & wanted):
+        run = data.runs[index]
+        pose = run.pose
+        start = start_pose(run.t_s, pose) if pose is not None else np.zeros(3)
+        times = run.t_s if t_s is None else t_s[index]
+        path = replay(
+            model,
+            times,
+            angle_rad[index],
+            x_m=start[0],
+            y_m=start[1],
+            heading_rad=start[2],
+        )
+        made_pose = np.column_stack([path.com_m, path.heading_rad])
+        if pose is not None:
+            made_pose = smoothed(times, made_pose, POSE_SMOOTH_S)
+        paths[index] = (times, made_pose)
+    made: dict[int, tuple[float, float, float]] = {}
+    for i in range(ground.count):
+        number = int(ground.window[i])
+        window = ground.windows[number]
+        if window.run not in paths:
+            continue
+        if number not in made:
+            made[number] = window_features(*paths[window.run], window)
+        out[i] = made[number][ground.kind[i]]
+    return out
+
+
+def whole_angles(data: Data) -> list[Floats]:
+    """Measured joint angles (N, k) of every run with lost samples bridged, ready for a replay."""
+    out = []
+    for run in data.runs:
+        angle = run.measured_rad.copy()
+        for joint in range(angle.shape[1]):
+            known = np.isfinite(angle[:, joint])
+            if not known.any():
+                angle[:, joint] = 0.0
+            elif not known.all():
+                angle[~known, joint] = np.interp(run.t_s[~known], run.t_s[known], angle[known, joint])
+        out.append(angle)
+    return out
+
+
+def doubt(
+    ground: GroundFeatures,
+    data: Data,
+    angle_rad: Sequence[Floats],
+    noisier_rad: Sequence[Floats],
+    model: ChainModel,
+) -> tuple[Floats, Floats]:
+    """(F,) squared change of the features by what is not known of the measurement, and (F,) what noise does to them.
+
+    The readings have noise (``noisier_rad`` are the angles with as much of it again, which shakes the simulated body
+    as much again); and of a lone speed nobody says over which span it was taken.
+    """
+    base = predicted(ground, data, angle_rad, model)
+    shaken = np.nan_to_num(predicted(ground, data, noisier_rad, model) - base)
+    total = np.square(shaken)
+    for spans in (0.25, 0.4):
+        other = replace(ground, windows=tuple(_other_span(data, window, spans) for window in ground.windows))
+        if other.windows != ground.windows:
+            total += 0.5 * np.square(predicted(other, data, angle_rad, model) - base)
+    return np.nan_to_num(total), shaken
+
+
+def tolerance_marks(
+    ground: GroundFeatures, data: Data, angle_rad: Sequence[Floats], model: ChainModel
+) -> Floats:
+    """(F, 3 (1 + links)) change of the features by the tolerance of friction along, friction across, and mass: of all
+    links, of the first, of the second ...
+    """
+    base = predicted(ground, data, angle_rad, model)
+    rub, mass = data.robot.tolerance.friction, data.robot.tolerance.mass
+    changed = []
+    for links in (np.ones(model.links), *np.eye(model.links)):
+        rough, heavy = 1 + rub * links, 1 + mass * links
+        changed += [
+            replace(model, ct=model.ct * rough, ct0=model.ct0 * rough),
+            replace(model, cn=model.cn * rough, cn0=model.cn0 * rough),
+            replace(model, mass=model.mass * heavy, inertia=model.inertia * heavy),
+        ]
+    return np.nan_to_num(
+        np.stack([predicted(ground, data, angle_rad, other) - base for other in changed], axis=1)
+    )
+
+
+def _other_span(data: Data, window: Window, start: float) -> Window:
+    """Another span that a speed may have been taken over: from a share of the run to its end."""
+    if not window.speed_only:
+        return window
+    end = data.runs[window.run].duration_s
+    return replace(window, start_s=start * end, end_s=end if start < 0.3 else 0.9 * end)
+
+
+def _floor(
+    windows: list[Window], value: Floats, kind: Ints, of: Ints, like: Set[tuple[int, int]]
+) -> tuple[Floats, bool]:
+    """Variance of each feature: from windows of repeats that coincide, at least the resolution of the measurement."""
+    least = np.where(
+        kind == TURN, TURN_RESOLUTION_RAD_S, SPEED_RESOLUTION_M_S + SPEED_ACCURACY * np.abs(value)
+    )
+    # run and value of each (n-th window, kind, with a heading or without)
+    place: dict[tuple[int, int, bool], list[tuple[int, float]]] = {}
+    for i in range(value.size):
+        window = windows[of[i]]
+        place.setdefault((window.place, int(kind[i]), window.course), []).append(
+            (window.run, float(value[i]))
+        )
+    squares: dict[int, list[float]] = {FORWARD: [], LATERAL: [], TURN: []}
+    for (_, what, _), group in place.items():
+        squares[what] += [0.5 * (a - b) ** 2 for (i, a), (j, b) in combinations(group, 2) if (i, j) in like]
+    floor = np.square(least)
+    for what, found in squares.items():
+        if found:
+            rows = kind == what
+            floor[rows] = np.maximum(floor[rows], np.mean(found))
+    return floor, bool(squares[FORWARD])

@@ -1,0 +1,243 @@
+"""What two runs of one motion differ by, joint by joint: noise, or a robot that changed in between.
+
+Noise does not depend on the motion. White noise, counts, set-points lost at random, a servo that sticks here today and
+there tomorrow: what they did in one part of a run says nothing about another part. A robot that changed (a horn that
+slipped, a joint that jammed, a servo that became slow) differs as a function of the motion: fitted to parts of the run,
+that function predicts the other parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from snakebot.arrays import Bools, Floats, Ints
+from snakebot.diagnosis.evidence.data import Data, PreparedRun
+from snakebot.diagnosis.evidence.operators import play
+from snakebot.runlog.matching.motion import same_motion
+
+FEWEST_COMPARED = 24  # below which nothing is said about what a difference depends on; chosen
+FEWEST_STROKES = 3  # from one turn of the joint to the next, likewise; chosen
+RUN_PARTS = 4  # of a run, each predicted from the others
+PREDICTED = 0.8  # share of a difference that the motion must predict, for a change of the robot; chosen
+LEAST_TIMES_NOISE = 3.0  # that part over the readings' own noise, for a change; chosen
+# That part over the runs' own gaps to the prediction, mean squares, under which it hides nothing (chosen) ...
+LEAST_OF_GAP = 0.02
+MUCH_OF_GAP = 0.25  # ... and above which it could hide them; chosen
+FEWEST_MOTIONS = 3  # repeated motions from which on it is known how well a joint repeats itself (chosen) ...
+UNUSUAL = 4.0  # ... and how many times that a change must come to, unless it could hide the gap; chosen
+FORGOTTEN_S = 0.3  # after which it no longer shows that the commands differed before, s; chosen
+
+
+@dataclass(frozen=True, eq=False)
+class Difference:
+    """What a joint does in one run less what it does in another, which repeats it.
+
+    Attributes:
+        rows: (n,) samples of the one run that are compared.
+        rad: (n,) differences.
+        predicted_rad: root mean square of the part that depends on the motion; 0 where that is not most of it.
+        of_gap: that part over the gaps of the two runs to their prediction, in mean squares.
+    """
+
+    joint: int
+    rows: Ints
+    rad: Floats
+    predicted_rad: float = 0.0
+    of_gap: float = 0.0
+
+    @property
+    def rms_rad(self) -> float:
+        return float(np.sqrt(np.square(self.rad).mean()))
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two runs (indices) told the same. ``changed``: 0-based joints whose difference is no noise."""
+
+    one: int
+    other: int
+    shift_s: float
+    differences: tuple[Difference, ...]
+    changed: tuple[int, ...] = ()
+
+
+def difference(
+    a: PreparedRun, b: PreparedRun, joint: int, shift_s: float, same: Bools
+) -> tuple[Ints, Floats]:
+    """Samples of ``a`` at which a joint can be compared, and how far it is from where it is in ``b``; none if few.
+
+    Args:
+        shift_s, same: see ``matching.motion.Match``.
+    """
+    nothing = np.zeros(0, dtype=np.int64), np.zeros(0)
+    ua, ub = a.use[:, joint], b.use[:, joint]
+    if ua.sum() < 8 or ub.sum() < 8:
+        return nothing
+    t, tb = a.t_s + shift_s, b.t_s[ub]
+    told = ua & ~_soon_after(~same[:, joint], a.t_s)
+    inside = told & (t >= tb[0]) & (t <= tb[-1])
+    # a stretch that b lost cannot be bridged
+    after = np.searchsorted(tb, t[inside])
+    gap = tb[np.minimum(after, tb.size - 1)] - tb[np.maximum(after - 1, 0)]
+    rows = np.flatnonzero(inside)[gap < 4 * b.period_s]
+    if rows.size < 8:
+        return nothing
+    return rows, a.measured_rad[rows, joint] - np.interp(t[rows], tb, b.measured_rad[ub, joint])
+
+
+def repeated_pairs(data: Data, white_rad: Floats, nominal: Sequence[Floats] | None) -> list[Pair]:
+    """All pairs of runs that are told the same, in the order of the runs.
+
+    Args:
+        white_rad: (k,) noise of the readings.
+        nominal: predicted readings (N, k) a run, for changes to be told from noise; None: none is a change.
+    """
+    found: list[Pair] = []
+    for i, a in enumerate(data.runs):
+        for j in range(i + 1, len(data.runs)):
+            b = data.runs[j]
+            if a.motion != b.motion:
+                continue
+            side = same_motion(a.commanded, b.commanded, claimed=True)
+            if side is None:
+                continue
+            differences = []
+            for joint in range(data.joints):
+                rows, rad = difference(a, b, joint, side.shift_s, side.same)
+                if rows.size:
+                    one = Difference(joint, rows, rad)
+                    if nominal is not None:
+                        one = _with_prediction(
+                            one, (a, b), (nominal[i], nominal[j]), side.shift_s, white_rad[joint]
+                        )
+                    differences.append(one)
+            if differences:
+                found.append(Pair(i, j, side.shift_s, tuple(differences)))
+    return _with_changes(data, found)
+
+
+def _with_prediction(
+    one: Difference,
+    runs: tuple[PreparedRun, PreparedRun],
+    nominal: tuple[Floats, Floats],
+    shift_s: float,
+    white_rad: float,
+) -> Difference:
+    """The same with how much of it depends on the motion, and whether that could hide a gap."""
+    a, b = runs
+    rows, joint = one.rows, one.joint
+    if rows.size < FEWEST_COMPARED:
+        return one
+    reading = nominal[0][:, joint]
+    rate = np.gradient(reading, a.t_s)[rows]
+    late_s = float(one.rad @ rate) / max(float(rate @ rate), 1e-12)
+    most_s = max(a.period_s, b.period_s)  # a reading is no more punctual than the samples
+    left = one.rad - np.clip(late_s, -most_s, most_s) * rate
+    slack = reading - play(reading, float(np.sqrt(np.square(left).mean())))
+    regressors = np.column_stack([np.ones(rows.size), reading[rows], rate, slack[rows]])
+    strokes = _strokes(rate)
+    if strokes[-1] + 1 < FEWEST_STROKES:
+        return one
+    predicted = _predicted_by_motion(regressors, left, strokes)
+    size = float(np.square(predicted).mean())
+    share = 1 - float(np.square(left - predicted).sum()) / max(float(np.square(left).sum()), 1e-300)
+    if share < PREDICTED or 0.5 * size < (LEAST_TIMES_NOISE * white_rad) ** 2:
+        return one
+    gap_a = a.measured_rad[rows, joint] - reading[rows]
+    gap_b = gap_a - one.rad + reading[rows] - np.interp(a.t_s[rows] + shift_s, b.t_s, nominal[1][:, joint])
+    gap = float(np.square(gap_a).mean() + np.square(gap_b).mean())
+    return Difference(joint, rows, one.rad, float(np.sqrt(size)), size / max(gap, 1e-300))
+
+
+def _strokes(rate: Floats) -> Ints:
+    """(n,) number of the stroke, from one turn of the joint to the next, that each sample belongs to."""
+    way = np.sign(rate)
+    moving = np.maximum.accumulate(np.where(way != 0, np.arange(way.size), 0))
+    return np.cumsum(np.diff(way[moving], prepend=way[0]) != 0)
+
+
+def _predicted_by_motion(regressors: Floats, values: Floats, strokes: Ints) -> Floats:
+    """Each of the parts of ``values`` (n,) as a linear fit of ``regressors`` (n, p) to the other parts says.
+
+    Parts are whole strokes: where a joint comes to rest within one says nothing about the next.
+    """
+    out = np.empty_like(values)
+    for part in np.array_split(np.arange(strokes[-1] + 1), min(RUN_PARTS, int(strokes[-1]) + 1)):
+        mine = np.isin(strokes, part)
+        out[mine] = regressors[mine] @ np.linalg.lstsq(regressors[~mine], values[~mine], rcond=1e-6)[0]
+    return out
+
+
+def _with_changes(data: Data, pairs: list[Pair]) -> list[Pair]:
+    """The pairs with their changed joints.
+
+    How well a joint repeats itself is known where several motions were repeated: there a difference that hides little
+    must be unusual, too.
+    """
+    usual = np.zeros(data.joints)
+    for joint in range(data.joints):
+        least: dict[int, float] = {}
+        for pair in pairs:
+            for d in pair.differences:
+                if d.joint == joint and d.rows.size >= FEWEST_COMPARED:
+                    motion = data.runs[pair.one].motion
+                    least[motion] = min(least.get(motion, np.inf), d.rms_rad)
+        if len(least) >= FEWEST_MOTIONS:
+            usual[joint] = np.median(list(least.values()))
+
+    def change(d: Difference) -> bool:
+        if d.of_gap > MUCH_OF_GAP:
+            return True
+        return d.of_gap > LEAST_OF_GAP and d.predicted_rad > UNUSUAL * usual[d.joint]
+
+    return [replace(pair, changed=tuple(d.joint for d in pair.differences if change(d))) for pair in pairs]
+
+
+def change_warnings(data: Data, pairs: Sequence[Pair]) -> tuple[str, ...]:
+    """A line for each pair of runs between which joints changed, the largest change first; three at most."""
+    changed = [
+        (max(d.rms_rad for d in pair.differences if d.joint in pair.changed), pair)
+        for pair in pairs
+        if pair.changed
+    ]
+    changed.sort(key=lambda item: -item[0])
+    lines = []
+    for size, pair in changed[:3]:
+        names = sorted(
+            (data.runs[pair.one].name, data.runs[pair.other].name),
+            key=lambda name: name == data.runs[pair.one].name,
+        )
+        which = ", ".join(str(j + 1) for j in pair.changed)
+        one = len(pair.changed) == 1
+        lines.append(
+            f"joint{'' if one else 's'} {which} {'moves' if one else 'move'} otherwise in {names[0]} than in the same "
+            f"motion in {names[1]}, by {np.degrees(size):.2g} deg rms: the robot changed in between, or does not "
+            "repeat itself; this is not taken for noise. Repeat the motion once more"
+        )
+    if len(changed) > 3:
+        lines.append(f"so it is with {len(changed) - 3} further pairs of runs of the same motion")
+    return tuple(lines)
+
+
+def doubt_warning(data: Data, pairs: Sequence[Pair], joint: int) -> str:
+    """A line on a joint (0-based) whose repeats are so far apart that they would hide what is plain to see."""
+    size, one, other = max(
+        (d.rms_rad, pair.one, pair.other)
+        for pair in pairs
+        for d in pair.differences
+        if d.joint == joint and joint not in pair.changed
+    )
+    return (
+        f"joint {joint + 1}: {data.runs[other].name} and {data.runs[one].name}, the same motion, are "
+        f"{np.degrees(size):.2g} deg rms apart, about as much as the joint is off its prediction: that is too much to "
+        "be taken for noise. Repeat the motion once more"
+    )
+
+
+def _soon_after(flag: Bools, t_s: Floats) -> Bools:
+    """(N,) samples that come less than ``FORGOTTEN_S`` after one where ``flag`` (N,) holds, or where it holds."""
+    last = np.maximum.accumulate(np.where(flag, t_s, -np.inf))
+    return np.asarray(t_s - last < FORGOTTEN_S)

@@ -1,0 +1,130 @@
+"""Predicted readings of every run under a set of effects: by the filters and the kernel of the simulated board.
+
+Set-points come into force at their own times and are held (``ticks`` has those between the rows); servos start where
+the joint was first read. Where nothing but the servo itself matters no joint disturbs another, so all joints are
+simulated at once, each with parameters of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from threading import Lock
+
+import numpy as np
+
+from snakebot.arrays import Floats
+from snakebot.diagnosis.evidence.data import Data
+from snakebot.diagnosis.evidence.smoothing import smoothed
+from snakebot.diagnosis.evidence.ticks import set_points
+from snakebot.effects.effect import Track
+from snakebot.effects.prediction import JointRun, joint_run, joint_runs
+from snakebot.effects.servo_stage import ServoRun
+from snakebot.effects.spec import EffectSpec
+from snakebot.effects.stages import Stages, assemble, filled
+from snakebot.lifted import lifted
+from snakebot.physics.servo_layout import FREE_JOINT, LOCKED, SOURCE, TORQUE_LIMIT_NM, loose
+
+
+class Simulator:
+    """Predicts the runs of one session. May be used from several threads."""
+
+    def __init__(self, data: Data) -> None:
+        self.data = data
+        self.robot = data.robot
+        self.measured = tuple(filled(run.measured_rad) for run in data.runs)
+        self.smooth = tuple(smoothed(run.t_s, m) for run, m in zip(data.runs, self.measured, strict=True))
+        self.set_points = tuple(set_points(run) for run in data.runs)
+        self._loads: dict[int, Floats] = {}
+        self._lock = Lock()
+
+    def stages(self, specs: Iterable[EffectSpec], *, in_air: bool = False) -> Stages:
+        """The robot with its effects; ``in_air``: lifted off the ground, and what the ground does to it is gone."""
+        if in_air:
+            return assemble(lifted(self.robot), [s for s in specs if s.effect.stage != "body"])
+        return assemble(self.robot, specs)
+
+    def always_needs_body(self, specs: Iterable[EffectSpec]) -> bool:
+        """Whether the whole body must be simulated even for a rough prediction."""
+        stages = self.stages(specs)
+        rows = stages.servo_rows
+        return stages.model is not None and _yields(rows)
+
+    def needs_body(self, specs: Iterable[EffectSpec]) -> bool:
+        """Whether the whole body must be simulated, unless a rough prediction will do."""
+        stages = self.stages(specs)
+        return stages.model is not None and (stages.feels_load or _yields(stages.servo_rows))
+
+    def joints_meet(self, specs: Iterable[EffectSpec], *, rough: bool) -> bool:
+        """Whether what changes one joint can change another: through the body, or because cables are swapped."""
+        stages = self.stages(specs)
+        swapped = stages.servo_rows[:, SOURCE] != np.arange(self.data.joints)
+        coupled = self.always_needs_body(specs) if rough else self.needs_body(specs)
+        return coupled or bool(swapped.any())
+
+    def predict(
+        self,
+        specs: Iterable[EffectSpec],
+        runs: Sequence[int] | None = None,
+        *,
+        rough: bool = False,
+        columns: Sequence[int] | None = None,
+    ) -> list[JointRun]:
+        """Predict the given runs (all, if None).
+
+        Args:
+            columns: 0-based joints that are asked for; the others may come out as nan.
+            rough: take the torques of the nominal motion for those that the servos bear, where that will do: no body
+                needs to be simulated then, and joints stay apart.
+        """
+        specs = tuple(specs)
+        wanted = range(len(self.data.runs)) if runs is None else runs
+        made: dict[int, JointRun] = {}
+        for in_air in {self.data.runs[i].lifted for i in wanted}:
+            stages = self.stages(specs, in_air=in_air)
+            here = [i for i in wanted if self.data.runs[i].lifted is in_air]
+            given = [self._given(stages, i, stages.link(*self.set_points[i]), rough) for i in here]
+            made.update(zip(here, joint_runs(stages, given, columns), strict=True))
+        return [made[i] for i in wanted]
+
+    def joints(self, stages: Stages, index: int, track: Track) -> JointRun:
+        """What the joints do and show in a run if these set-points leave the link."""
+        return joint_run(stages, self._given(stages, index, track))
+
+    def _given(self, stages: Stages, index: int, track: Track, rough: bool = False) -> ServoRun:
+        t_s, known = self.data.runs[index].t_s, self.measured[index]
+        if stages.sensor_filters():
+            known = stages.true_angle(t_s, known)
+        quasi_static = (
+            rough and stages.model is not None and stages.feels_load and not _yields(stages.servo_rows)
+        )
+        load = self.load(index) if quasi_static else None
+        return ServoRun(t_s, track, known_rad=known, load_nm=load)
+
+    def between_samples(self, index: int, parts: int) -> tuple[Floats, Floats]:
+        """Times (M,) and nominal joint angles (M, k) of a run, each sample's interval cut into ``parts``."""
+        run = self.data.runs[index]
+        stages = self.stages((), in_air=run.lifted)
+        steps = np.arange(run.t_s.size * parts - parts + 1) / parts
+        t_s = np.interp(steps, np.arange(run.t_s.size), run.t_s)
+        known = np.stack([np.interp(t_s, run.t_s, column) for column in self.measured[index].T], axis=1)
+        track = stages.link(*self.set_points[index])
+        return t_s, joint_run(stages, ServoRun(t_s, track, known_rad=known)).angle_rad
+
+    def load(self, index: int) -> Floats | None:
+        """Torques (N, k) of the nominal motion; None on a bench without an arm."""
+        if index not in self._loads:
+            run = self.data.runs[index]
+            stages = self.stages((), in_air=run.lifted)
+            track = stages.link(*self.set_points[index])
+            torque = stages.torque_of(run.t_s, self.joints(stages, index, track).angle_rad)
+            if torque is None:
+                return None
+            with self._lock:
+                self._loads[index] = torque
+        return self._loads[index]
+
+
+def _yields(rows: Floats) -> bool:
+    """Whether some joint goes where the rest of the body takes it."""
+    limited = np.isfinite(rows[:, TORQUE_LIMIT_NM]) | (rows[:, LOCKED] == FREE_JOINT) | loose(rows)
+    return bool(limited.any())

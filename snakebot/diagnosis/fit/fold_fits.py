@@ -1,0 +1,136 @@
+"""An explanation fitted to each fold's runs alone; and what it is taken for where those say nothing of it.
+
+A fold's fit begins at the fit to all runs, which is near and cheap. But a limit that only the held-out run reaches
+moves nothing in the others: the search would stay where it began, and the held-out run be predicted from itself. So
+where a fold's runs say next to nothing of a parameter, the effect is absent in that fold if it does nothing there;
+else (a dead band so wide that nothing moves) the search begins at the usual value.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from snakebot.arrays import Bools, Floats
+from snakebot.diagnosis.evidence.folds import Fold
+from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.score import CHANGED
+from snakebot.diagnosis.fit.fit_runs import (
+    Fitted,
+    angle_problem,
+    fit_runs,
+    joints_sharing,
+    of_body,
+    specs_from,
+)
+from snakebot.diagnosis.fit.hypothesis import Hypothesis, bounds
+from snakebot.diagnosis.fit.least_squares import refit
+
+FOLD_STEPS = 8  # iterations from the fit to all runs, which is near
+# Standard errors that a parameter must stand off its usual value, or could, for runs to tell of it; chosen.
+INFORMATIVE_SE = 2.0
+FAR_STEPS = 20  # iterations from the usual value, which may be far
+
+
+def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Floats]:
+    """Parameters (p,) fitted to each fold's runs, from ``theta``, which was fitted to all; nan for an effect that those
+    runs say nothing of.
+    """
+    known = _near(evidence, hypothesis, theta)
+    size = _sizes(hypothesis, theta)
+    return [
+        _without_uninformed(
+            evidence, hypothesis, fit.theta, fit.information * np.square(size) < INFORMATIVE_SE**2, fold
+        )
+        for fit, fold in zip(known, evidence.split.folds, strict=True)
+    ]
+
+
+def _sizes(hypothesis: Hypothesis, theta: Floats) -> Floats:
+    """(p,) how far each parameter stands off its usual value, or is believed to before any run; on the fitted scale."""
+    usual, believed = np.array([(p.typical, p.spread) for p in hypothesis.parameters]).T
+    lower, upper, log = bounds(hypothesis.parameters)
+    inside = np.clip(theta, lower, upper)
+    ratio = np.divide(inside, usual, out=np.ones_like(usual), where=log)
+    return np.asarray(np.maximum(believed, np.abs(np.where(log, np.log(ratio), inside - usual))))
+
+
+def _near(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Fitted]:
+    """Fits to each fold's runs from ``theta``. Where the whole body must be simulated, or joints have values of their
+    own, parameters of what comes before the ground take one step from there: what a run more or less changes is little.
+    """
+    dear = evidence.predictor.simulator.needs_body(hypothesis.specs(theta))
+    dear |= any(term.own for term in hypothesis.terms)
+    sides = (True,) if dear else (True, False)
+    found = [
+        fit_runs(evidence, hypothesis, [theta], fold.fit, FOLD_STEPS, sides=sides)
+        for fold in evidence.split.folds
+    ]
+    mine = ~of_body(hypothesis)
+    if not (dear and mine.any()):
+        return found
+
+    lower, upper, log = bounds(hypothesis.parameters)
+    box = (lower[mine], upper[mine], log[mine])
+    whole = specs_from(hypothesis, theta, mine)
+    problem = angle_problem(
+        evidence, hypothesis, whole, evidence.split.free, *box, rough=False, mine=mine, at=theta
+    )
+    if problem is None:
+        return found
+    uses = [
+        np.isin(evidence.scoring.run, fold.fit)[problem.block] & (problem.block >= 0)
+        for fold in evidence.split.folds
+    ]
+    for fit, part in zip(found, refit(problem, problem.for_each(theta[mine]), uses), strict=True):
+        fit.theta[mine] = problem.of_all(part.theta)
+        fit.information[mine] = problem.of_all(part.information)
+    return found
+
+
+def _without_uninformed(
+    evidence: Evidence, hypothesis: Hypothesis, theta: Floats, uninformed: Bools, fold: Fold
+) -> Floats:
+    """``theta`` (p,) of a fold whose runs say nothing of some parameters: ``uninformed`` (p,)."""
+    if not uninformed.any():
+        return theta
+    out, at = theta.copy(), 0
+    for term in hypothesis.terms:
+        own = slice(at, at + len(term.open))
+        at = own.stop
+        if term.open and uninformed[own].all():
+            without = out.copy()
+            without[own] = np.nan
+            if not _shows(evidence, hypothesis, out, without, fold.fit):
+                out = without
+    absent = np.isnan(out)
+    far = uninformed & ~absent
+    if not far.any():
+        return out
+    usual = np.array([p.typical for p in hypothesis.parameters])
+    start = np.where(far, usual, out)
+    # What shares no joint with those is as well fitted as it was; over ground all go together.
+    if not evidence.predictor.simulator.needs_body(hypothesis.specs(start)):
+        near = joints_sharing(hypothesis, evidence.data.joints, far)
+        body = of_body(hypothesis)
+        shared = hypothesis.touches(evidence.data.joints)[:, near].any(axis=1) & ~body
+        only = ~absent & (shared | (body & (far & body).any()))
+    else:
+        only = ~absent
+    return fit_runs(evidence, hypothesis, [start], fold.fit, FAR_STEPS, only=only).theta
+
+
+def _shows(
+    evidence: Evidence, hypothesis: Hypothesis, one: Floats, other: Floats, runs: tuple[int, ...]
+) -> bool:
+    """Whether two values of the parameters (p,) make a difference in some runs that noise and tolerance do not hide."""
+    specs = [hypothesis.specs(theta) for theta in (one, other)]
+    a, b = (evidence.predictor.readings(s, runs) for s in specs)
+    change = [np.zeros_like(nominal) for nominal in evidence.predictor.nominal]
+    for index, x, y in zip(runs, a, b, strict=True):
+        change[index] = x - y
+    if np.any(evidence.angles.blocks.mean_square(change) > CHANGED * evidence.angles.allowed_square):
+        return True
+    if evidence.ground is None:
+        return False
+    moved = np.subtract(*(evidence.predictor.ground_features(s, runs) for s in specs))
+    return bool(np.any(np.square(np.nan_to_num(moved)) > CHANGED * evidence.ground.allowed_square))

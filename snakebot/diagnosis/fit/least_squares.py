@@ -1,0 +1,222 @@
+"""Bounded fits of a Cauchy loss for many small problems at once: Levenberg-Marquardt, iteratively reweighted by block.
+
+The problems (*units*: joints, or all joints together) share one simulation: joints do not disturb each other before the
+ground, so perturbing a parameter of every joint at once costs one simulation, not one a joint.
+
+Parameters are fitted on a scale of their own (logarithmic where they span decades), within bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from snakebot.arrays import Bools, Floats
+from snakebot.diagnosis.fit.step import (
+    Problem,
+    Weights,
+    carry_slopes,
+    damped_step,
+    from_scale,
+    information_on,
+    jacobian_at,
+    sandwich,
+    to_scale,
+)
+
+SMALL_FALL = 1e-4  # relative fall of the cost below which a unit is done; chosen
+SMALL_PROMISE = 1e-4  # share of ``SMALL_FALL``: a step that promises less is not tried; chosen
+REFIT_DAMPING = 1e-3  # of the one step of ``refit``, share of the curvature; chosen
+IDLE_RAD = 1e-7  # largest change of a residual that counts as none: what is fitted does nothing there; chosen
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Where the search ended.
+
+    Attributes:
+        theta: (U, p).
+        cost: (U,) sum over blocks of samples x 1/2 log(1 + mean square / allowed).
+        residual: (N, U') at ``theta``.
+        covariance: (U, p, p) of ``theta``, robust to correlation within blocks.
+        information: (U, p) on each parameter, where the search began, see ``information_on``.
+    """
+
+    theta: Floats
+    cost: Floats
+    residual: Floats
+    covariance: Floats
+    information: Floats
+    evaluations: int
+
+
+class Refit(NamedTuple):
+    """A minimum near another: ``theta`` (U, p), and the ``information`` (U, p) of the counted residuals on each."""
+
+    theta: Floats
+    information: Floats
+
+
+def minimise(problem: Problem, start: Floats, most_steps: int = 25, *, covariance: bool = True) -> Fit:
+    """Run from ``start`` (U, p) to the nearest minimum of each unit's cost."""
+    units, p = start.shape
+    z = np.clip(to_scale(start, problem), problem.low, problem.high)
+    weights = Weights(problem)
+    residual = problem.residual(from_scale(z, problem))
+    cost, weight = weights.cost(residual)
+    evaluations = 1
+    damping = np.full(units, 1e-3)
+    active = np.ones(units, dtype=bool)
+    jacobian, stale, whole = np.zeros((0, *residual.shape)), True, True
+    guessed = np.zeros(units, dtype=bool)  # units whose slopes were carried along by a secant
+    information = np.full((units, p), np.nan)
+    for turn in range(most_steps):
+        if stale:
+            jacobian, stale, whole = jacobian_at(problem, z, residual, active), False, bool(active.all())
+            guessed[:] = False
+            evaluations += p
+        if turn == 0:
+            information = information_on(problem, jacobian, weight)
+        step, promise = np.zeros_like(z), np.zeros(units)
+        for u in np.flatnonzero(active).tolist():
+            step[u], promise[u] = damped_step(problem, u, jacobian, residual, weight, damping[u], z[u])
+        step[promise < SMALL_PROMISE * SMALL_FALL * cost] = 0.0
+        going = np.any(step != 0, axis=1)
+        stale = bool(np.any(active & ~going & guessed))
+        active &= going | guessed
+        if stale:
+            continue
+        if not active.any():
+            break
+        trial = np.clip(z + step, problem.low, problem.high)
+        trial_residual = problem.residual_of(active, from_scale(trial, problem))
+        evaluations += 1
+        trial_cost, trial_weight = weights.cost(trial_residual)
+        fell = active & (trial_cost < cost)
+        small = np.where(fell, cost - trial_cost, promise) <= SMALL_FALL * np.maximum(cost, 1e-9)
+        moved = fell[problem.unit]
+        if problem.secant:
+            carry_slopes(problem, jacobian, trial - z, np.where(moved, trial_residual - residual, 0.0), fell)
+        z[fell] = trial[fell]
+        residual = np.where(moved, trial_residual, residual)
+        weight = np.where(moved, trial_weight, weight)
+        cost = np.where(fell, trial_cost, cost)
+        unsure = active & guessed & (small | ~fell)  # where slopes are guessed no end is believed
+        damping = np.where(fell, np.maximum(damping * 0.2, 1e-9), np.where(unsure, damping, damping * 8.0))
+        active &= (~small & (damping < 1e5)) | unsure
+        if problem.secant:
+            guessed |= fell
+            stale = bool(unsure.any())
+        else:
+            stale |= bool(fell.any())
+        if not active.any():
+            break
+    theta = from_scale(z, problem)
+    spread = np.full((units, p, p), np.nan)
+    if covariance:
+        if stale or not whole or guessed.any():
+            jacobian = jacobian_at(problem, z, residual)
+            evaluations += p
+        for unit in range(units):
+            spread[unit] = sandwich(problem, unit, jacobian, residual, weight)
+        scale = np.where(problem.logarithmic, theta, 1.0)
+        spread *= scale[:, :, None] * scale[:, None, :]
+    return Fit(theta, cost, residual, spread, information, evaluations)
+
+
+def multi_start(
+    problem: Problem,
+    starts: Sequence[Floats],
+    keep: int = 2,
+    most_steps: int = 25,
+    *,
+    covariance: bool = True,
+) -> Fit:
+    """Try every start (each (U, p)), search on from the best ``keep`` of each unit, and keep each unit's best end.
+
+    The Cauchy cost is flat far from its minimum and has side valleys; plain least squares is neither and leads near the
+    right one. So the searches come in two kinds: straight on, and by least squares first.
+    """
+    wide = replace(problem, allowed_square=wide_allowance(problem, problem.residual(starts[0])))
+    stacked = np.stack(starts)
+    units = np.arange(stacked.shape[1])
+    residuals = [problem.residual(start) for start in starts]
+    idle_starts = np.stack([_is_idle(problem, r, units.size) for r in residuals])
+    best: Fit | None = None
+    for first in (wide, problem):
+        weights = Weights(first)
+        cost = np.array([weights.cost(r)[0] for r in residuals])
+        order = np.argsort(np.where(idle_starts, np.inf, cost), axis=0, kind="stable")
+        for place in range(min(keep, len(starts))):
+            begin = stacked[order[place], units].copy()
+            if first is wide:
+                begin = minimise(wide, begin, max(most_steps // 2, 5), covariance=False).theta
+            fit = minimise(problem, begin, most_steps, covariance=False)
+            best = fit if best is None else _better(best, fit, problem)
+    assert best is not None
+    return minimise(problem, best.theta, 1, covariance=True) if covariance else best
+
+
+def refit(problem: Problem, theta: Floats, uses: Sequence[Bools]) -> list[Refit]:
+    """Minima near ``theta`` (U, p) of each unit's cost where only some residuals count, one for each of ``uses``
+    (N, U'): one Gauss-Newton step each, from one simulation and one Jacobian that all share.
+    """
+    z, residual, jacobian, weight = linearised(problem, theta)
+    out = []
+    for use in uses:
+        counted = np.where(use, weight, 0.0)
+        there = z.copy()
+        for u in range(z.shape[0]):
+            there[u] += damped_step(problem, u, jacobian, residual, counted, REFIT_DAMPING, z[u])[0]
+        near = from_scale(np.clip(there, problem.low, problem.high), problem)
+        out.append(Refit(near, information_on(problem, jacobian, counted)))
+    return out
+
+
+def linearised(problem: Problem, theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """About ``theta`` (U, p): where that is on the fitted scale (U, p), residuals (N, U'), their slopes (p, N, U') on
+    that scale, and weights (N, U').
+    """
+    z = np.clip(to_scale(theta, problem), problem.low, problem.high)
+    residual = problem.residual(from_scale(z, problem))
+    _, weight = Weights(problem).cost(residual)
+    return z, residual, jacobian_at(problem, z, residual), weight
+
+
+def _is_idle(problem: Problem, residual: Floats, units: int) -> Bools:
+    """(U,) whether what is fitted does nothing there."""
+    if problem.idle is None:
+        return np.zeros(units, dtype=bool)
+    moved = np.zeros(units)
+    np.maximum.at(moved, problem.unit, np.abs(residual - problem.idle).max(axis=0, initial=0.0))
+    return moved < IDLE_RAD
+
+
+def wide_allowance(problem: Problem, residual: Floats) -> Floats:
+    """An allowed spread (B,) so wide beside ``residual`` (N, U') that the cost is a plain sum of squares, of one size
+    for each unit.
+    """
+    out = problem.allowed_square.copy()
+    for unit in np.unique(problem.unit):
+        columns = problem.unit == unit
+        used = problem.block[:, columns] >= 0
+        if used.any():
+            names = np.unique(problem.block[:, columns][used])
+            size = float(np.mean(np.square(residual[:, columns][used])))
+            out[names] = np.maximum(out[names], 30 * size)
+    return out
+
+
+def _better(a: Fit, b: Fit, problem: Problem) -> Fit:
+    wins = b.cost < a.cost
+    return Fit(
+        np.where(wins[:, None], b.theta, a.theta),
+        np.where(wins, b.cost, a.cost),
+        np.where(wins[problem.unit], b.residual, a.residual),
+        np.where(wins[:, None, None], b.covariance, a.covariance),
+        np.where(wins[:, None], b.information, a.information),
+        a.evaluations + b.evaluations,
+    )

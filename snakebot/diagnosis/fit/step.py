@@ -1,0 +1,276 @@
+"""The algebra of one step of a fit: weights of blocks, slopes of residuals, a damped Gauss-Newton step, a covariance.
+
+Parameters are fitted on a scale of their own (logarithmic where they span decades), within bounds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from snakebot.arrays import Bools, Floats, Ints
+from snakebot.diagnosis.fit.parallel import in_parallel
+
+STEP = 1e-3  # of finite differences, share of a parameter's range (five times that of its logarithm); chosen
+LEAST_CURVATURE = 1e-12  # of the cost along a parameter, below which the parameter does nothing; chosen
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What is fitted.
+
+    Attributes:
+        residual: maps parameters (U, p) to residuals, one matrix (N, U') whose columns belong to units ``unit``.
+        unit: (U',) unit of every column.
+        block: (N, U') number of the block of each residual, -1 where unused; a block belongs to one column.
+        allowed_square: (B,) allowed spread of each block.
+        lower, upper: (p,) bounds.
+        logarithmic: (p,) fitted on a logarithmic scale.
+        idle: residual where what is fitted does nothing: a search that starts there stays there.
+        touches: (p, U') which columns a parameter can change at all; None: any of its unit. Parameters that share no
+            column are perturbed together (Curtis, Powell and Reid 1974).
+        some: the same as ``residual`` of the columns (U',) asked for, of whole units; the others are zero. None: all
+            are made, whatever is asked for.
+        secant: one residual costs much: slopes are carried along from step to step, and worked out anew where a step
+            fails or the search would end.
+    """
+
+    residual: Callable[[Floats], Floats]
+    unit: Ints
+    block: Ints
+    allowed_square: Floats
+    lower: Floats
+    upper: Floats
+    logarithmic: Bools
+    idle: Floats | None = None
+    touches: Bools | None = None
+    some: Callable[[Floats, Bools], Floats] | None = None
+    secant: bool = False
+
+    @cached_property
+    def low(self) -> Floats:
+        """(p,) lower bounds on the fitted scale."""
+        return to_scale(self.lower, self)
+
+    @cached_property
+    def high(self) -> Floats:
+        """(p,) upper bounds on the fitted scale."""
+        return to_scale(self.upper, self)
+
+    def residual_of(self, units: Bools, theta: Floats) -> Floats:
+        """(N, U') residuals of some ``units`` (U,) at ``theta`` (U, p); whatever is cheapest in the other columns."""
+        columns = units[self.unit]
+        return self.residual(theta) if self.some is None or columns.all() else self.some(theta, columns)
+
+    def of_all(self, rows: Floats) -> Floats:
+        """(p,) of (U, p), or (p, p) of (U, p, p): each parameter as the unit has it whose columns it touches.
+
+        Parameters of different units have nothing to do with each other.
+        """
+        count = rows.shape[-1]
+        if self.touches is None:
+            return np.asarray(rows[0])
+        owner = (
+            self.unit[np.argmax(self.touches, axis=1)] if self.unit.size else np.zeros(count, dtype=np.int64)
+        )
+        if rows.ndim == 2:
+            return np.asarray(rows[owner, np.arange(count)])
+        return np.where(owner[:, None] == owner, rows[owner, np.arange(count)], 0.0)
+
+    def for_each(self, row: Floats) -> Floats:
+        """(U, p) of (p,): the same for every unit."""
+        return np.tile(row, (int(self.unit.max()) + 1, 1))
+
+
+class Weights:
+    """Costs and weights of blocks."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.block = problem.block
+        self.used = problem.block >= 0
+        self.flat = problem.block[self.used]
+        self.allowed = problem.allowed_square
+        self.size = np.bincount(self.flat, minlength=self.allowed.size).astype(np.float64)
+        columns = np.broadcast_to(problem.unit, problem.block.shape)[self.used]
+        self.unit = np.zeros(self.allowed.size, dtype=np.int64)
+        self.unit[self.flat] = columns
+        self.units = int(problem.unit.max()) + 1 if problem.unit.size else 0
+
+    def cost(self, residual: Floats) -> tuple[Floats, Floats]:
+        """Cost of each unit, and the weight of every residual."""
+        total = np.bincount(self.flat, weights=np.square(residual[self.used]), minlength=self.allowed.size)
+        square = total / np.maximum(self.size, 1.0)
+        square = np.where(np.isfinite(square), square, 1e30)
+        per_block = 0.5 * self.size * np.log1p(square / self.allowed)
+        weight = np.zeros(residual.shape)
+        weight[self.used] = (1.0 / (self.allowed + square))[self.flat]
+        totals = np.zeros(self.units)
+        np.add.at(totals, self.unit, per_block)
+        return totals, np.asarray(weight)
+
+
+def to_scale(theta: Floats, problem: Problem) -> Floats:
+    return np.where(problem.logarithmic, np.log(np.maximum(theta, 1e-300)), theta)
+
+
+def from_scale(z: Floats, problem: Problem) -> Floats:
+    return np.where(problem.logarithmic, np.exp(np.where(problem.logarithmic, z, 0.0)), z)
+
+
+def jacobian_at(problem: Problem, z: Floats, residual: Floats, active: Bools | None = None) -> Floats:
+    """(p, N, U') forward differences on the fitted scale, away from a bound; of ``active`` units (U,), all if None."""
+    low, high = problem.low, problem.high
+    step = np.where(problem.logarithmic, 5 * STEP, STEP * (high - low))
+    there = np.clip(z + np.where(z + step > high, -step, step), low, high)
+    out = np.zeros((z.shape[1], *residual.shape))
+    wanted = np.ones(z.shape[0], dtype=bool) if active is None else active
+    groups = _apart(problem, z.shape[1], wanted[problem.unit])
+
+    def perturbed(together: list[int]) -> Floats:
+        moved = z.copy()
+        moved[:, together] = there[:, together]
+        asked = wanted
+        if problem.touches is not None:
+            asked = wanted & np.isin(
+                np.arange(wanted.size), problem.unit[problem.touches[together].any(axis=0)]
+            )
+        return problem.residual_of(asked, from_scale(moved, problem)) - residual
+
+    for together, difference in zip(groups, in_parallel(perturbed, groups), strict=True):
+        for i in together:
+            change = (there[:, i] - z[:, i])[problem.unit]
+            seen = (change != 0) & wanted[problem.unit]
+            if problem.touches is not None:
+                seen &= problem.touches[i]
+            out[i][:, seen] = difference[:, seen] / change[seen]
+    return out
+
+
+def carry_slopes(problem: Problem, jacobian: Floats, step: Floats, change: Floats, units: Bools) -> None:
+    """Slopes (p, N, U') of some ``units`` (U,) that a ``step`` (U, p) changed the residuals by ``change`` (N, U') tells
+    of, in place: the least change of them that agrees with it (Broyden 1965).
+    """
+    for u in np.flatnonzero(units).tolist():
+        mine, columns = _of_unit(problem, u, jacobian.shape[0])
+        along = step[u, mine]
+        length = float(along @ along)
+        if length == 0:
+            continue
+        at = np.ix_(mine, np.arange(jacobian.shape[1]), columns)
+        slopes = jacobian[at]
+        missed = change[:, columns] - np.tensordot(along, slopes, axes=1)
+        jacobian[at] = slopes + np.multiply.outer(along / length, missed)
+
+
+def _apart(problem: Problem, count: int, wanted: Bools) -> list[list[int]]:
+    """Parameters (of ``count``) in groups, no two of a group touching the same column; those of the columns ``wanted``
+    (U',) only.
+    """
+    if problem.touches is None:
+        return [[i] for i in range(count)]
+    groups: list[list[int]] = []
+    taken: list[Bools] = []
+    for i, mine in enumerate(problem.touches & wanted):
+        if not mine.any():
+            continue
+        free = next((g for g, columns in enumerate(taken) if not (columns & mine).any()), None)
+        if free is None:
+            groups.append([i])
+            taken.append(mine.copy())
+        else:
+            groups[free].append(i)
+            taken[free] |= mine
+    return groups
+
+
+def _of_unit(problem: Problem, unit: int, count: int) -> tuple[Ints, Ints]:
+    """Which of ``count`` parameters can change a unit, and its columns."""
+    columns = np.flatnonzero(problem.unit == unit)
+    if problem.touches is None:
+        return np.arange(count), columns
+    return np.flatnonzero(problem.touches[:, columns].any(axis=1)), columns
+
+
+def _flat(matrix: Floats, columns: Ints) -> Floats:
+    """(..., N, U') to (..., n): some columns, one behind the other."""
+    return np.ascontiguousarray(matrix[..., columns]).reshape(
+        *matrix.shape[:-2], matrix.shape[-2] * columns.size
+    )
+
+
+def damped_step(
+    problem: Problem, unit: int, jacobian: Floats, residual: Floats, weight: Floats, damping: float, z: Floats
+) -> tuple[Floats, float]:
+    """A damped Gauss-Newton step (p,) of a unit within half the box, and by how much its cost should fall, inf if
+    unknown.
+    """
+    low, high = problem.low, problem.high
+    p = jacobian.shape[0]
+    mine, columns = _of_unit(problem, unit, p)
+    if mine.size == 0:
+        return np.zeros(p), 0.0
+    steep = _flat(jacobian[mine], columns)
+    weighted = steep * _flat(weight, columns)
+    hessian, gradient = np.zeros((p, p)), np.zeros(p)
+    hessian[np.ix_(mine, mine)] = weighted @ steep.T
+    gradient[mine] = weighted @ _flat(residual, columns)
+    # a parameter at its bound that wants to go further stays there
+    free = ~(((z <= low) & (gradient > 0)) | ((z >= high) & (gradient < 0)))
+    free &= np.diag(hessian) > LEAST_CURVATURE
+    step = np.zeros(p)
+    if free.any():
+        h = hessian[np.ix_(free, free)]
+        h = h + damping * np.diag(np.diag(h))
+        try:
+            step[free] = -np.linalg.solve(h, gradient[free])
+        except np.linalg.LinAlgError:
+            step[free] = -gradient[free] / np.diag(h)
+    short = np.clip(step, -0.5 * (high - low), 0.5 * (high - low))
+    if np.any(short != step):  # in another direction, for which the parabola is no guide
+        return short, math.inf
+    return step, float(-(gradient @ step) - 0.5 * step @ hessian @ step)
+
+
+def sandwich(problem: Problem, unit: int, jacobian: Floats, residual: Floats, weight: Floats) -> Floats:
+    """Sandwich estimate (p, p) of a unit: residuals within a block may be as correlated as they like."""
+    p = jacobian.shape[0]
+    mine, columns = _of_unit(problem, unit, p)
+    block = problem.block[:, columns].ravel()
+    used = block >= 0
+    steep = _flat(jacobian[mine], columns)
+    weighted = steep * _flat(weight, columns)
+    hessian = np.zeros((p, p))
+    hessian[np.ix_(mine, mine)] = weighted @ steep.T
+    names, index = np.unique(block[used], return_inverse=True)
+    pulls = (weighted * _flat(residual, columns))[:, used]
+    scores = np.zeros((p, names.size))
+    for i, pull in zip(mine, pulls, strict=True):
+        scores[i] = np.bincount(index, weights=pull, minlength=names.size)
+    usable = np.diag(hessian) > LEAST_CURVATURE
+    out = np.full((p, p), np.inf)
+    if usable.any() and names.size > mine.size:
+        inverse = np.linalg.pinv(hessian[np.ix_(usable, usable)], hermitian=True)
+        # scores of neighbouring blocks go together: add lag one (Newey-West)
+        inner = np.asarray(scores[usable])
+        meat = np.asarray(inner @ inner.T, dtype=np.float64)
+        lag = inner[:, 1:] @ inner[:, :-1].T
+        meat = meat + 0.5 * (lag + lag.T)
+        meat *= names.size / (names.size - mine.size)
+        out[np.ix_(usable, usable)] = inverse @ meat @ inverse
+    return out
+
+
+def information_on(problem: Problem, jacobian: Floats, weight: Floats) -> Floats:
+    """(U, p) Fisher information on each parameter: curvature of the cost on the fitted scale, a block as one sample.
+
+    About one over the variance that a parameter would have left: residuals that it does not change say nothing of it.
+    """
+    size = np.bincount(problem.block[problem.block >= 0], minlength=problem.allowed_square.size)
+    each = weight / np.maximum(size, 1)[np.maximum(problem.block, 0)]
+    out = np.zeros((int(problem.unit.max()) + 1 if problem.unit.size else 0, jacobian.shape[0]))
+    np.add.at(out, problem.unit, np.einsum("inu,nu->ui", np.square(jacobian), each))
+    return out

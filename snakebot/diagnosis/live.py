@@ -1,0 +1,176 @@
+"""Experiments by turns: run a starting set, diagnose, run what is proposed, until one cause stands or nothing helps.
+
+Nothing here moves a robot: whoever calls ``experiments`` says how a motion is run, and may ask a person first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import degrees
+from typing import TYPE_CHECKING
+
+from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S
+from snakebot.diagnosis.show.certainty import SURE
+from snakebot.errors import BadInputError
+from snakebot.gait import Gait, GaitMotion, Probe, check_motion, parse_probe
+
+if TYPE_CHECKING:
+    from snakebot.diagnosis.result import Diagnosis, NextExperiment
+    from snakebot.robot import Robot
+
+# alpha deg, beta deg, omega rad/s: fast and slow, wide and small; the first one again at the end, for the noise
+# floor. Chosen.
+START: tuple[tuple[float, float, float], ...] = ((50, 80, 2.0), (30, 80, 4.0), (30, 80, 1.0), (4, 80, 0.5))
+BUDGET = 9  # runs: the starting set, and four to separate what is left; chosen
+_SMALLER = 0.8  # a gait beyond the robot's limits is tried with so much of its amplitude; chosen
+_TIMES = 12  # such tries at most; chosen
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A motion to be run.
+
+    Attributes:
+        motion: a gait or a probe.
+        duration_s: with its ramps.
+        ramp_s: smooth start and end, each.
+        lifted: off the ground.
+        what: which one it is, in words.
+        command: the command that makes the same run; only the port is missing.
+    """
+
+    motion: Gait | Probe
+    duration_s: float
+    ramp_s: float
+    lifted: bool
+    what: str
+    command: str
+
+
+def experiments(
+    robot: Robot,
+    run: Callable[[Experiment], bool],
+    diagnose: Callable[[], Diagnosis],
+    *,
+    budget: int = BUDGET,
+    can_lift: bool = True,
+    say: Callable[[str], None] = lambda text: None,
+) -> Diagnosis:
+    """Run and diagnose by turns; the last verdict.
+
+    Args:
+        run: makes a run and keeps it for ``diagnose``; False where it is not wanted. What it raises ends everything.
+        diagnose: the verdict on all runs so far.
+        budget: most runs in all.
+        can_lift: whether the robot can be lifted off the ground for a run.
+        say: is told how it goes, a line at a time.
+
+    Raises:
+        BadInputError: the budget is too small, the robot's limits allow no gait, or fewer than two runs were made.
+    """
+    start = starting_set(robot, budget)
+    done = 0
+    for experiment in start:
+        if not run(experiment):
+            break
+        done += 1
+    if done < 2:
+        raise BadInputError("--live: fewer than two runs were made: nothing to diagnose")
+    found = diagnose()
+    if done < len(start):
+        return found  # who said no once is not asked again
+    tried: set[str] = set()
+    while True:
+        so_far = f"After {done} runs: {found.verdict.replace('_', ' ')}"
+        proposal = found.next_experiment
+        if _stands(found):
+            say(f"{so_far}. Nothing is left to tell apart.")
+        elif proposal is None:
+            say(f"{so_far}. No further motion is known to help.")
+        elif proposal.command in tried:
+            say(f"{so_far}. The same motion is proposed again: it has told what it can.")
+        elif done >= budget:
+            say(f"{so_far}. The budget of {budget} runs is used up; next would be: {proposal.command}")
+        else:
+            say(f"{so_far}. {proposal.reason[:1].upper()}{proposal.reason[1:]}.")
+            tried.add(proposal.command)
+            if proposal.lifted and not can_lift:
+                say(f"The robot would have to be lifted off the ground first: {proposal.command}")
+            elif run(proposed(proposal)):
+                done += 1
+                found = diagnose()
+                continue
+        return found
+
+
+def proposed(proposal: NextExperiment) -> Experiment:
+    """The experiment that a verdict proposes."""
+    if proposal.probe is not None:
+        motion: Gait | Probe = parse_probe(proposal.probe)
+    else:
+        assert proposal.gait is not None, "a proposal is a gait or a probe"
+        wave = proposal.gait
+        motion = Gait.from_degrees(wave.alpha_deg, wave.beta_deg, wave.omega_rad_s, wave.offset_deg)
+    return Experiment(
+        motion,
+        proposal.duration_s,
+        proposal.ramp_s,
+        proposal.lifted,
+        "the proposed experiment",
+        proposal.command,
+    )
+
+
+def starting_set(robot: Robot, budget: int = BUDGET) -> list[Experiment]:
+    """The gaits to begin with, as wide as the robot's limits allow, the first one again at the end.
+
+    Raises:
+        BadInputError: the limits allow none of them, or they are more than ``budget``.
+    """
+    fitted = [gait for gait in (_fitted(robot, *wanted) for wanted in START) if gait is not None]
+    if not fitted:
+        raise BadInputError(
+            f"--live: the limits of robot {robot.name!r} allow none of the gaits of the starting set"
+        )
+    if budget <= len(fitted):
+        raise BadInputError(f"--budget {budget}: the starting set needs {len(fitted) + 1} runs")
+    return numbered([*fitted, fitted[0]])
+
+
+def numbered(gaits: Sequence[Gait]) -> list[Experiment]:
+    return [
+        Experiment(
+            gait,
+            DURATION_S,
+            RAMP_S,
+            False,
+            f"run {number} of {len(gaits)} of the starting set",
+            f"snakebot run --alpha {degrees(gait.alpha_rad):g} --beta {degrees(gait.beta_rad):g} "
+            f"--omega {gait.omega_rad_s:g}{f' --offset {degrees(gait.offset_rad):g}' if gait.offset_rad else ''} "
+            f"--duration {DURATION_S:g} --ramp {RAMP_S:g}",
+        )
+        for number, gait in enumerate(gaits, 1)
+    ]
+
+
+def _fitted(robot: Robot, alpha_deg: float, beta_deg: float, omega_rad_s: float) -> Gait | None:
+    """The gait with as much of its amplitude as is safe; None where hardly any is."""
+    for _ in range(_TIMES):
+        try:
+            gait = Gait.from_degrees(alpha_deg, beta_deg, omega_rad_s, 0.0)
+            check_motion(GaitMotion(gait, robot.joints, DURATION_S, RAMP_S), robot)
+        except BadInputError:
+            alpha_deg = round(alpha_deg * _SMALLER, 2)
+            continue
+        return gait
+    return None
+
+
+def _stands(found: Diagnosis) -> bool:
+    """Whether there is no gap, or every cause is sure, ties with no other, and explains what there is."""
+    return found.verdict == "no_gap" or (
+        found.verdict == "explained"
+        and bool(found.causes)
+        and all(c.probability >= SURE and not c.indistinguishable_from for c in found.causes)
+    )

@@ -1,0 +1,55 @@
+"""What a user may ask of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from snakebot.effects.registry import effects, find_effect
+from snakebot.errors import BadInputError
+
+
+@dataclass(frozen=True)
+class Options:
+    """The options of ``diagnose``.
+
+    Attributes:
+        exclude, only: effects that may not, or alone may, be named.
+        known: parameters that the user has measured, ``{"limit_rad_s": 1.6}`` or ``{"rate_limit.limit_rad_s": 1.6}``;
+            they are not fitted.
+        seed: of the bootstrap and of drawn noise.
+        quick: at most two effects, no proposal, intervals from scatter alone.
+    """
+
+    exclude: tuple[str, ...] = ()
+    only: tuple[str, ...] = ()
+    known: Mapping[str, float] = field(default_factory=dict)
+    seed: int = 0
+    quick: bool = False
+
+    def may_name(self, effect: str) -> bool:
+        """Whether this effect may be a cause."""
+        return effect not in self.exclude and (not self.only or effect in self.only)
+
+    def check(self) -> None:
+        """
+        Raises:
+            BadInputError: an option names no effect or parameter, or nothing is left to try.
+        """
+        for name in (*self.exclude, *self.only):
+            find_effect(name)
+        if self.only and not set(self.only) - set(self.exclude):
+            raise BadInputError("--only and --exclude leave no effect to try")
+        for key, value in self.known.items():
+            _check_known(key, value)
+
+
+def _check_known(key: str, value: float) -> None:
+    owner, dot, name = key.rpartition(".")
+    owners = [find_effect(owner)] if dot else list(effects().values())
+    if not any(p.name == name for effect in owners for p in effect.parameters):
+        raise BadInputError(f"--known {key}: no effect has a parameter of that name")
+    for effect in owners:
+        for parameter in effect.parameters:
+            if parameter.name == name and dot and not parameter.contains(value):
+                raise BadInputError(f"--known {key}={value:g}: out of bounds ({parameter.bounds_text})")

@@ -1,0 +1,84 @@
+"""What an explanation must do to stand: gain clearly, matter, close enough of the gap."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from snakebot.arrays import Bools
+from snakebot.diagnosis.evidence.blocks import MeanDifference
+from snakebot.diagnosis.evidence.gap import gap_of
+from snakebot.diagnosis.evidence.score import CHANGED, Scoring
+from snakebot.diagnosis.fit.trial import Trial
+
+CLEAR_SE = 2.0  # standard errors that make a gain a clear one; chosen: 95 %
+# Share of the whole gap that a further effect must close, and of a rest that is left alone; chosen.
+LEAST_CLOSED = 0.005
+# Held-out score gained on the blocks an effect changes: a tenth of their mean square; chosen.
+LEAST_GAIN = 0.05
+
+
+def touched(scoring: Scoring, trial: Trial, base: Trial) -> Bools:
+    """(B,) deciding blocks on which a trial does other than its base, better or worse.
+
+    A limit that is reached in one gait of five says nothing in the other four.
+    """
+    changed = np.abs(trial.held_square - base.held_square) > CHANGED * scoring.allowed_square
+    return np.asarray(changed & scoring.decides)
+
+
+def lead(scoring: Scoring, trial: Trial, other: Trial) -> MeanDifference:
+    """How far a trial leads another, on the blocks where they differ."""
+    rows = touched(scoring, trial, other)
+    if not rows.any():
+        return MeanDifference(0.0, 0.0)
+    return scoring.gain(trial.held_square, other.held_square, rows)
+
+
+def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
+    """Whether what was added to ``base`` gains more than two standard errors, and enough to matter, where
+    there is a gap.
+    """
+    rows = touched(scoring, trial, base)
+    gap = gap_of(scoring, base.held_square)
+    joints = [
+        j for j in np.unique(scoring.joint[rows]) if (gap.ground_significant if j < 0 else gap.significant[j])
+    ]
+    if not joints:
+        return False
+    return gains(scoring.gain(trial.held_square, base.held_square, rows))
+
+
+def gains(gain: MeanDifference) -> bool:
+    """Whether a gain is a clear one, and large enough to matter."""
+    return gain.z > CLEAR_SE and gain.mean > LEAST_GAIN
+
+
+def closes_more(scoring: Scoring, trial: Trial, base: Trial, nominal: Trial) -> bool:
+    """Whether what was added closes enough of the whole gap, of the angles or over ground, to be named."""
+    if not base.hypothesis.terms:
+        return True
+    side = scoring.of_ground if trial.hypothesis.terms[-1].stage == "body" else scoring.of_angles
+    fell = excess(scoring, base, side) - excess(scoring, trial, side)
+    return fell > LEAST_CLOSED * excess(scoring, nominal, side)
+
+
+def closed_enough(scoring: Scoring, trial: Trial, nominal: Trial) -> bool:
+    """Whether nothing worth a further effect is left above what noise and tolerance allow."""
+    gap = gap_of(scoring, trial.held_square)
+    return not any(
+        there and excess(scoring, trial, side) > LEAST_CLOSED * excess(scoring, nominal, side)
+        for there, side in (
+            (gap.significant.any(), scoring.of_angles),
+            (gap.ground_significant, scoring.of_ground),
+        )
+    )
+
+
+def excess(scoring: Scoring, trial: Trial, side: Bools) -> float:
+    """Mean square above the allowed one: of the angles in rad^2, of the ground against what each feature is allowed."""
+    rows = side & scoring.decides
+    allowed = scoring.allowed_square[rows]
+    over = np.maximum(trial.held_square[rows] - allowed, 0.0)
+    if not rows.any():
+        return 0.0
+    return float(np.mean(over / allowed if scoring.joint[rows][0] < 0 else over))

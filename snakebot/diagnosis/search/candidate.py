@@ -1,0 +1,36 @@
+"""One way to add an effect to an explanation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from snakebot.arrays import Floats
+from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.fit.trial import Trial
+from snakebot.effects.effect import Start
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A hypothesis and where to start it, each (p,)."""
+
+    hypothesis: Hypothesis
+    starts: list[Floats]
+
+
+def added(base: Trial, term: Term, starts: Sequence[Floats]) -> Candidate:
+    """What ``base`` says and one more term, from each of ``starts`` of its parameters."""
+    return Candidate(base.hypothesis.plus(term), [np.concatenate([base.theta, start]) for start in starts])
+
+
+def start_values(term: Term, start: Start) -> Floats:
+    """(p,) values of the open parameters of a term; what a start leaves out is as usual."""
+    return np.array([_number(start.get(p.name, p.typical)) for p in term.open_of_one])
+
+
+def _number(value: float | tuple[float, ...]) -> float:
+    assert not isinstance(value, tuple)
+    return float(value)

@@ -1,0 +1,59 @@
+"""The effects that a diagnosis may name, and what the data look like to them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from snakebot.diagnosis.evidence.data import Data, link_is_clean
+from snakebot.effects.effect import Effect
+from snakebot.effects.observed import Observed
+from snakebot.effects.registry import effects
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """The effects that may be named.
+
+    Attributes:
+        effects: in the order of the signal.
+        observed: what the data look like, for starts.
+        known: parameters that the user has measured; keys ``parameter`` or ``effect.parameter``.
+    """
+
+    effects: tuple[Effect, ...]
+    observed: Observed
+    known: Mapping[str, float]
+
+    def without_everyday(self) -> Library:
+        """The effects that not every real joint has a little of."""
+        return replace(self, effects=tuple(e for e in self.effects if not e.everyday))
+
+
+def usable_effects(
+    data: Data,
+    *,
+    over_ground: bool,
+    known: Mapping[str, float] | None = None,
+    only: Sequence[str] = (),
+    exclude: Sequence[str] = (),
+) -> Library:
+    """Effects that this robot can show and that the user has not ruled out.
+
+    Args:
+        over_ground: whether the motion over ground was measured, in which alone effects of the body show.
+        known, only, exclude: see ``diagnose``.
+    """
+    observed = Observed(data.robot, data.runs)
+    out = []
+    clean = link_is_clean(data)
+    for effect in effects().values():
+        if effect.stage == "link" and clean and effect.name not in only:
+            continue
+        if effect.name in exclude or (only and effect.name not in only) or "mean" not in effect.shows_in:
+            continue
+        if not effect.applies_to(data.robot) or (effect.stage == "body" and not over_ground):
+            continue
+        if effect.can_explain(observed):
+            out.append(effect)
+    return Library(tuple(out), observed, dict(known or {}))

@@ -1,0 +1,171 @@
+"""Set-points lost at random: their mark is not in the mean but in delays that all joints share and that have no memory.
+
+A set-point that is lost leaves every joint behind by its own rate times the same short time. So the residuals are taken
+apart into that common delay and the rest: where the common delay explains most of them, and what it was a third of a
+second ago says nothing about now, set-points get lost (or come at random times, which a robot feels no differently).
+A log that lacks rows, or was stamped unevenly, shakes alike but delays nothing: so the mean must show the loss as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from snakebot.arrays import Floats
+from snakebot.diagnosis.evidence.blocks import mean_difference
+from snakebot.diagnosis.evidence.data import Data, link_is_clean
+from snakebot.diagnosis.evidence.floor import Floor
+from snakebot.diagnosis.evidence.gap import gap_of
+from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.score import CHANGED
+from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.fit.uncertainty import interval, standard_errors
+from snakebot.diagnosis.search.acceptance import CLEAR_SE
+from snakebot.diagnosis.search.library import Library
+from snakebot.diagnosis.search.search import MOST_EFFECTS, SearchResult
+from snakebot.effects.registry import find_effect
+
+MEMORY_S = 0.35  # after which a lost set-point is forgotten, s; chosen
+# Difference of repeats over the readings' own noise, from which on they differ by chance; chosen.
+UNSTEADY = 2.0
+LEAST_SHARE = 0.5  # share of the residual that a common delay must explain beyond chance; chosen
+START_PROBABILITIES = (0.1, 0.3, 0.6)  # of losing a set-point, from which a fit starts; chosen
+MOST_MEMORY = 0.25  # correlation that may be left after ``MEMORY_S``; chosen
+
+
+def with_random_loss(
+    evidence: Evidence, library: Library, found: SearchResult, *, quick: bool
+) -> SearchResult:
+    """Lost set-points in the place of a delay, where what is left over shows them and they predict clearly better.
+
+    They shake the body between the samples, which no replay of samples sees: an effect of the body goes with the delay.
+    """
+    if link_is_clean(evidence.data):
+        return found
+    if not gap_of(evidence.scoring, found.nominal.held_square).significant.any() and not unsteady(
+        evidence.floor
+    ):
+        return found
+    if not random_delay(evidence.data, evidence.floor, found.best).evident:
+        return found
+    effect = next((e for e in library.effects if e.stage == "link" and "scatter" in e.shows_in), None)
+    if effect is None:
+        return found if found.best.hypothesis.terms else replace(found, seen_in_scatter=True)
+    terms = found.best.hypothesis.terms
+    stays = [
+        i for i, t in enumerate(terms) if "delay" not in find_effect(t.effect).covers and t.stage != "body"
+    ]
+    if len(stays) == MOST_EFFECTS:
+        return found
+    loss = _with_loss(evidence, found.best, stays, effect.name)
+    needed = [i for at, i in enumerate(stays) if not _does_nothing(loss, at)]
+    if len(needed) < len(stays):  # what stood for a loss that had no name yet
+        stays = needed
+        loss = _with_loss(evidence, found.best, stays, effect.name)
+    base = run_trial(evidence, *_kept(found.best, stays)) if stays else found.nominal
+    error = standard_errors(evidence, loss, tolerances=not quick)[-1]
+    ends = interval(loss.hypothesis.parameters[-1], float(loss.theta[-1]), float(error))
+    if ends is None or ends[0] <= 0 or not predicts_better(evidence, loss, base):
+        return found
+    rivals = tuple(t for t in found.singles if t.hypothesis.names != (effect.name,))
+    return replace(
+        found,
+        best=loss,
+        predicted=loss,
+        singles=found.singles if stays else (loss, *rivals),
+        rivals=(*(found.rivals[i] for i in stays if i < len(found.rivals)), ()),
+        path=(found.nominal, base, loss) if stays else (found.nominal, loss),
+        without=(),
+        untested=False,
+        seen_in_scatter=True,
+    )
+
+
+def _kept(best: Trial, stays: Sequence[int]) -> tuple[Hypothesis, list[Floats]]:
+    """Some terms of an explanation, and the values from which their fit starts."""
+    parts = best.hypothesis.split(best.theta)
+    kept = Hypothesis(tuple(best.hypothesis.terms[i] for i in stays))
+    return kept, [np.concatenate([np.zeros(0), *(parts[i] for i in stays)])]
+
+
+def _with_loss(evidence: Evidence, best: Trial, stays: Sequence[int], effect: str) -> Trial:
+    """Those terms and lost set-points, fitted together."""
+    kept, (theta,) = _kept(best, stays)
+    starts = [np.append(theta, p) for p in START_PROBABILITIES]
+    return run_trial(evidence, kept.plus(Term(effect, None)), starts)
+
+
+def _does_nothing(trial: Trial, index: int) -> bool:
+    """Whether all that is fitted of a term came out neutral."""
+    neutral = [parameter.neutral for parameter in trial.hypothesis.terms[index].open]
+    return bool(neutral) and bool(np.allclose(trial.hypothesis.split(trial.theta)[index], neutral, atol=1e-9))
+
+
+@dataclass(frozen=True)
+class RandomDelay:
+    """Share of the residual's mean square that a common delay explains beyond chance, and its memory (correlation)."""
+
+    share: float
+    memory: float
+    rms_s: float
+
+    @property
+    def evident(self) -> bool:
+        return self.share > LEAST_SHARE and abs(self.memory) < MOST_MEMORY
+
+
+def unsteady(floor: Floor) -> bool:
+    """Whether repeats of a motion differ by more than the noise of their readings."""
+    return floor.known and bool(np.nanmax(floor.repeat_rad / floor.white_rad) > UNSTEADY)
+
+
+def predicts_better(evidence: Evidence, loss: Trial, base: Trial) -> bool:
+    """Whether lost set-points predict held-out angles clearly better than ``base``, without them, does.
+
+    Neither is helped by a shift in time here: what comes at random is no wire that is a little slower. And a gap need
+    not stand above the floor, which repeats that differ by chance have raised. How much they gain does not count:
+    most of what they do is scatter.
+    """
+    angles, blocks = evidence.angles, evidence.angles.blocks
+    with_loss, without = (angles.mean_square(t.readings) for t in (loss, base))
+    allowed, free = angles.allowed_square, evidence.scoring.decides[: blocks.count]
+    rows = free & (np.abs(with_loss - without) > CHANGED * allowed)
+    if not rows.any():
+        return False
+    gain = 0.5 * (np.log1p(without / allowed) - np.log1p(with_loss / allowed))
+    return mean_difference(gain[rows], blocks.run[rows]).z > CLEAR_SE
+
+
+def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
+    """Look for a common random delay in what ``trial`` leaves over. Needs two joints at least."""
+    k = data.joints
+    if k < 2:
+        return RandomDelay(0.0, 1.0, 0.0)
+    explained = total = weight = 0.0
+    lagged, power, square = 0.0, 0.0, 0.0
+    for run, reading, left in zip(data.runs, trial.readings, trial.left, strict=True):
+        use = np.asarray(run.use.all(axis=1))
+        if use.sum() < 50:
+            continue
+        rate: Floats = np.asarray(np.gradient(reading, run.t_s, axis=0))
+        residual = np.where(use[:, None], left, 0.0)
+        noise = float(np.square(floor.white_rad).sum())
+        speed: Floats = np.asarray(np.square(rate).sum(axis=1))
+        moving = use & (speed > 0.1 * np.quantile(speed[use], 0.9))
+        delay = np.where(moving, -(residual * rate).sum(axis=1) / np.maximum(speed, 1e-12), 0.0)
+        explained += float((np.square(delay) * speed)[moving].sum())
+        total += float(np.square(residual)[moving].sum())
+        weight += float(moving.sum()) * noise
+        delay = np.where(moving, delay - delay[moving].mean(), 0.0)
+        step = max(1, round(MEMORY_S / run.period_s))
+        if delay.size > 2 * step:
+            lagged += float((delay[step:] * delay[:-step]).sum())
+            power += float(np.square(delay[step:]).sum())
+        square += float(np.square(delay[moving]).mean())
+    if total <= 2 * weight or power <= 0:  # nothing but the readings' own noise
+        return RandomDelay(0.0, 1.0, 0.0)
+    share = (explained / total - 1 / k) / (1 - 1 / k)
+    return RandomDelay(float(share), lagged / power, float(np.sqrt(square / len(data.runs))))

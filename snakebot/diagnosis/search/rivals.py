@@ -1,0 +1,129 @@
+"""Rivals of what the search found: another effect in the place of one of its terms, fitted and held out alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import chain
+
+import numpy as np
+
+from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.fit.hypothesis import Hypothesis
+from snakebot.diagnosis.fit.parallel import in_parallel
+from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.search.candidate import Candidate, start_values
+from snakebot.diagnosis.search.candidates import candidates, kinds
+from snakebot.diagnosis.search.library import Library
+from snakebot.diagnosis.search.rounds import MANY_TERMS, Progress, called_for, first_looks, held_out, ranked
+from snakebot.effects.effect import Effect
+from snakebot.effects.registry import find_effect
+
+# Effects tried in another's place, and those of them that are cross-validated; chosen.
+MOST_RIVALS, MOST_HELD = 8, 3
+FEW_RIVALS = 3  # effects tried in another's place where there are more than ``MANY_TERMS`` terms; chosen
+
+
+def rivals(
+    evidence: Evidence,
+    library: Library,
+    best: Trial,
+    singles: Sequence[Trial],
+    tried: Mapping[Hypothesis, Sequence[Trial]],
+    fits: Sequence[Trial],
+    without: Sequence[Trial],
+    progress: Progress,
+) -> tuple[tuple[Trial, ...], ...]:
+    """Per term of ``best``, trials in which another effect takes its place, best first.
+
+    Args:
+        singles: trials of single effects; the rivals of an effect that stands alone.
+        tried: fits of every effect on top of some explanations; where the rest of ``best`` is one of them, they do.
+        fits: every single effect: those that came nearest are fitted otherwise.
+        without: ``best`` without each of its terms; empty: as yet unknown.
+    """
+    likely = _added(sorted(fits, key=lambda t: -t.fitted_score(evidence.scoring)))[
+        : MOST_RIVALS if len(best.hypothesis.terms) <= MANY_TERMS else FEW_RIVALS
+    ]
+    nearest: dict[str, list[Effect]] = {}  # by effect, what else to try where it stands on another joint
+    out = []
+    for index, term in enumerate(best.hypothesis.terms):
+        progress(f"rivals of {term.effect}", 0.8 + 0.2 * index / len(best.hypothesis.terms))
+        base = without[index] if without else None
+        others = nearest.get(term.effect, likely)
+        out.append(_of_term(evidence, library, best, index, singles, tried, others, base))
+        nearest.setdefault(term.effect, _added(out[-1]) or likely)
+    return tuple(out)
+
+
+def _of_term(
+    evidence: Evidence,
+    library: Library,
+    best: Trial,
+    index: int,
+    singles: Sequence[Trial],
+    tried: Mapping[Hypothesis, Sequence[Trial]],
+    likely: Sequence[Effect],
+    base: Trial | None,
+) -> tuple[Trial, ...]:
+    """Trials with another effect in the place of term ``index``, best first; ``likely`` ones, where none were tried.
+
+    ``base``: what is left without the term, if it is known.
+    """
+    term = best.hypothesis.terms[index]
+    if len(best.hypothesis.terms) == 1:
+        return tuple(
+            t
+            for t in singles
+            if t.hypothesis.names != best.hypothesis.names
+            and (t.hypothesis.terms[0].stage == "body") == (term.stage == "body")
+        )
+    rest = best.hypothesis.without(index)
+    if term.own:
+        others = _in_place(evidence, library, best, index)
+        trials = in_parallel(lambda c: run_trial(evidence, c.hypothesis, c.starts, last=True), others)
+        return tuple(ranked(evidence.scoring, trials))
+
+    def rival(name: str, stage: str) -> bool:
+        return name not in best.hypothesis.names and (stage == "body") == (term.stage == "body")
+
+    fits = [
+        fit
+        for fit in tried.get(rest, ())
+        if rival(fit.hypothesis.terms[-1].effect, fit.hypothesis.terms[-1].stage)
+    ]
+    if rest not in tried:
+        if base is None:
+            base = run_trial(evidence, rest, [best.hypothesis.rest(best.theta, index)], cross=False)
+        wanted = [e for e in called_for(evidence.scoring, base, likely) if rival(e.name, e.stage)]
+        made = in_parallel(partial(candidates, evidence, library, base), wanted)
+        fits += first_looks(evidence, chain.from_iterable(made), base)
+    fits.sort(key=lambda t: -t.fitted_score(evidence.scoring))
+    return tuple(ranked(evidence.scoring, held_out(evidence, fits[:MOST_HELD])))
+
+
+def _in_place(evidence: Evidence, library: Library, best: Trial, index: int) -> list[Candidate]:
+    """What is said to be taken for an effect, in its place: on the same joints, each with values of its own."""
+    term, kept = best.hypothesis.terms[index], best.hypothesis.rest(best.theta, index)
+    rest, joints = best.hypothesis.without(index), term.joints or ()
+    confused = {name for name, _ in find_effect(term.effect).confused_with}
+    out = []
+    for effect in library.effects:
+        if (
+            effect.name not in confused
+            or effect.name in rest.names
+            or not effect.per_joint
+            or effect.is_read_off
+        ):
+            continue
+        other = replace(term, effect=effect.name, fixed=kinds(library, effect)[0])
+        start = [start_values(other, effect.starts(library.observed, (j - 1,))[0]) for j in joints]
+        if not evidence.predictor.simulator.needs_body(other.specs(np.concatenate(start).tolist())):
+            out.append(Candidate(rest.plus(other), [np.concatenate([kept, *start])]))
+    return out
+
+
+def _added(trials: Iterable[Trial]) -> list[Effect]:
+    """What was added last in each of some trials."""
+    return [find_effect(n) for n in dict.fromkeys(t.hypothesis.terms[-1].effect for t in trials)]

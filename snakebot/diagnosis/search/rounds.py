@@ -1,0 +1,109 @@
+"""One round of the search: every candidate is fitted roughly, the best of them are held out, and ranked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from itertools import chain
+
+import numpy as np
+
+from snakebot.diagnosis.evidence.gap import gap_of
+from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.score import Scoring
+from snakebot.diagnosis.fit.hypothesis import Hypothesis
+from snakebot.diagnosis.fit.parallel import in_parallel
+from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.search.candidate import Candidate
+from snakebot.diagnosis.search.candidates import candidates
+from snakebot.diagnosis.search.library import Library
+from snakebot.effects import registry
+from snakebot.effects.effect import Effect
+
+NO_LOSS = 0.01  # held-out score that a simpler explanation may lose and still go first; chosen
+CLOSE_RACE = 0.25  # share of the winner's gain, within which rivals are cross-validated (chosen) ...
+FEWEST_TRIALS, MOST_TRIALS = 3, 6  # ... but so many at least and at most; chosen
+MOST_FURTHER = 3  # the most beside an effect that stands, where the best alone counts; chosen
+MANY_TERMS = 3  # terms of an explanation that a first look at one more leaves as they are; chosen
+
+Progress = Callable[[str, float], None]
+
+
+def explore(
+    evidence: Evidence, library: Library, base: Trial, progress: Progress
+) -> tuple[list[Trial], list[Trial]]:
+    """Trials of each effect on top of ``base``, best first by held-out score, and all fits, held out or not."""
+    scoring = evidence.scoring
+    wanted = called_for(scoring, base, library.effects)
+    if not wanted:
+        return [], []
+
+    def tell(count: int) -> None:
+        progress(f"trying {wanted[count - 1].name}", 0.6 * count / len(wanted))
+
+    made = in_parallel(partial(candidates, evidence, library, base), wanted, tell)
+    fits = first_looks(evidence, chain.from_iterable(made), base)
+    reached = [
+        float((scoring.score(t.fitted_square) - scoring.score(base.fitted_square))[scoring.decides].mean())
+        for t in fits
+    ]
+    order = np.argsort(reached, kind="stable")[::-1]
+    if order.size == 0:
+        return [], []
+    near = [i for i in order if reached[i] >= (1 - CLOSE_RACE) * reached[order[0]]]
+    kept = list(dict.fromkeys([*order[:FEWEST_TRIALS], *near]))[
+        : MOST_FURTHER if base.hypothesis.terms else MOST_TRIALS
+    ]
+    progress("holding out gaits", 0.8)
+    trials = held_out(evidence, [fits[i] for i in kept if reached[i] > 0])
+    progress("", 1.0)
+    return ranked(scoring, trials), fits
+
+
+def called_for(scoring: Scoring, base: Trial, effects: Sequence[Effect]) -> list[Effect]:
+    """Effects for whose side, angles or ground, ``base`` leaves a gap."""
+    gap = gap_of(scoring, base.held_square)
+    return [e for e in effects if (gap.ground_significant if e.stage == "body" else gap.significant.any())]
+
+
+def first_looks(evidence: Evidence, made: Iterable[Candidate], base: Trial | None = None) -> list[Trial]:
+    """A rough fit of each candidate, nothing held out; what a ``base`` of many terms says is left as it is."""
+    last = base is not None and len(base.hypothesis.terms) >= MANY_TERMS
+    look = partial(run_trial, evidence, cross=False, rough=True, last=last)
+    return in_parallel(lambda c: look(c.hypothesis, c.starts), made)
+
+
+def held_out(evidence: Evidence, fits: Sequence[Trial]) -> list[Trial]:
+    """The same explanations, cross-validated from where these fits ended."""
+    return in_parallel(lambda t: run_trial(evidence, t.hypothesis, [t.theta]), fits)
+
+
+def ranked(scoring: Scoring, trials: Sequence[Trial]) -> list[Trial]:
+    """Best first by held-out score; but one that says less, at a loss within a standard error, goes first.
+
+    Of exact ties the effect that comes first in the signal stands first.
+    """
+    place = {name: i for i, name in enumerate(registry.effects())}
+    ordered = sorted(
+        trials,
+        key=lambda t: (-round(t.score(scoring), 4), len(t.theta), [place[n] for n in t.hypothesis.names]),
+    )
+    if len(ordered) < 2:
+        return ordered
+    first = ordered[0]
+    for other in ordered[1:]:
+        lost = scoring.gain(first.held_square, other.held_square)
+        if _said(other) < _said(first) and lost.mean < max(lost.se, NO_LOSS):
+            first = other
+    ordered.remove(first)
+    return [first, *ordered]
+
+
+def _said(trial: Trial) -> tuple[int, int]:
+    """How much an explanation says: parameters, then joints that must be named."""
+    return len(trial.theta), _named(trial.hypothesis)
+
+
+def _named(hypothesis: Hypothesis) -> int:
+    """How much must be said about joints: nothing where all are alike."""
+    return sum(0 if t.joints is None else 1 for t in hypothesis.terms)

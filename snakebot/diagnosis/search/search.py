@@ -1,0 +1,312 @@
+"""The search: try every effect, keep what gains on held-out gaits, add another where it still gains, prune.
+
+Greedy choice by training error over-fits; so an effect is added only when its held-out gain is more than two standard
+errors and large enough to matter, and is taken out again when the explanation does as well without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from snakebot.diagnosis.evidence.gap import gap_of
+from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.score import Scoring
+from snakebot.diagnosis.fit.hypothesis import Hypothesis
+from snakebot.diagnosis.fit.parallel import in_parallel
+from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.search.acceptance import accepted, closed_enough, closes_more, excess
+from snakebot.diagnosis.search.candidate import Candidate
+from snakebot.diagnosis.search.candidates import elsewhere
+from snakebot.diagnosis.search.library import Library
+from snakebot.diagnosis.search.rivals import rivals
+from snakebot.diagnosis.search.rounds import MANY_TERMS, NO_LOSS, Progress, explore, first_looks, held_out
+from snakebot.diagnosis.search.wear import with_wear
+from snakebot.effects.registry import find_effect
+from snakebot.in_words import listed
+
+MOST_EFFECTS = 3  # different effects in an explanation; chosen
+MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, and one more; chosen
+MOST_JOINTS = 0.5  # share of the joints with a gap, from which on wear is likelier than faults; chosen
+LEAST_LEFT = 0.03  # share of the gap that an effect which no other motion can test may leave over; chosen
+
+
+@dataclass(frozen=True, eq=False)
+class SearchResult:
+    """What the search came to.
+
+    Attributes:
+        evidence: that it was found on: fits reckon with the misfit of joints that have a little of everything.
+        nominal: the robot without any effect.
+        best: the explanation that stands; ``nominal`` if none does.
+        predicted: the same on runs left out of its fit; another trial only where it is ``untested``.
+        singles: trials of single effects, best first: the ranking.
+        rivals: per term of ``best``, trials in which another effect takes its place, best first.
+        path: (hypothesis) trials in the order in which effects were added.
+        without: ``best`` with each of its terms taken out, as far as that was tried.
+        fits: every single effect as fitted to all free runs, held out or not.
+        untested: ``best`` shows in too few motions for any to be left out of its fit: it and ``singles`` are as fitted.
+        seen_in_scatter: the cause shows in the scatter, whether or not the mean is off.
+    """
+
+    evidence: Evidence
+    nominal: Trial
+    best: Trial
+    predicted: Trial
+    singles: tuple[Trial, ...]
+    rivals: tuple[tuple[Trial, ...], ...]
+    path: tuple[Trial, ...]
+    without: tuple[Trial, ...] = ()
+    fits: tuple[Trial, ...] = ()
+    untested: bool = False
+    seen_in_scatter: bool = False
+
+
+def search(
+    evidence: Evidence,
+    library: Library,
+    nominal: Trial,
+    *,
+    quick: bool = False,
+    progress: Progress = lambda text, share: None,
+) -> SearchResult:
+    """Find the explanation of the gap that ``nominal`` leaves; ``quick``: of two effects at most."""
+    singles, fits = explore(evidence, library, nominal, lambda text, share: progress(text, 0.4 * share))
+    tried, every_effect = {nominal.hypothesis: fits}, library
+    path, best, round_ = [nominal], nominal, singles
+    limit, most_terms = 2 if quick else MOST_EFFECTS, MOST_TERMS
+    worn: Trial | None = None
+    wear_is_open = True
+    while True:
+        room = len(best.hypothesis.names) < limit and len(best.hypothesis.terms) < most_terms
+        winner = _winner(evidence.scoring, round_, best, nominal) if room else None
+        if wear_is_open and _may_be_worn(evidence.scoring, winner, best, nominal):
+            progress("everyday effects on every joint", 0.4)
+            wear_is_open = False
+            evidence, worn = with_wear(evidence, library, nominal, winner or best)
+            if worn is not None:
+                best = worn
+                path.append(best)
+                library = library.without_everyday()  # all of these were fitted to every joint with a gap
+                round_, tried[best.hypothesis] = _explored(evidence, library, best, nominal, progress)
+                limit, most_terms = (
+                    limit + len(best.hypothesis.names),
+                    most_terms + len(best.hypothesis.terms),
+                )
+            continue
+        if winner is None:
+            break
+        best = winner
+        path.append(best)
+        if len(best.hypothesis.terms) >= 2:
+            if worn is None:
+                best = _swap(evidence, best, singles)
+            best = _elsewhere(evidence, library, best)
+            path[-1] = best
+        progress(f"so far: {_in_short(best.hypothesis)}", 0.4)
+        if len(best.hypothesis.names) < limit and len(best.hypothesis.terms) < most_terms:
+            round_, tried[best.hypothesis] = _explored(evidence, library, best, nominal, progress)
+        else:
+            round_ = []
+    scoring = evidence.scoring
+    pruned, without = prune(evidence, best)
+    best = _plain(evidence, pruned, singles)
+    untested = not best.hypothesis.terms
+    predicted = best
+    if untested:
+        predicted = _only_fitted(scoring, nominal, singles)
+        if (
+            predicted.hypothesis.terms
+        ):  # nothing is held out now: what else was tried is compared by its fit as well
+            singles = in_parallel(partial(as_fitted, evidence), singles)
+            best = next(t for t in singles if t.hypothesis == predicted.hypothesis)
+    return SearchResult(
+        evidence,
+        nominal,
+        best,
+        predicted,
+        singles=tuple(singles),
+        rivals=rivals(
+            evidence, every_effect, best, singles, tried, fits, without if best is pruned else (), progress
+        ),
+        path=tuple(path),
+        without=without if best is pruned else (),
+        fits=(nominal, *fits),
+        untested=untested,
+    )
+
+
+def _in_short(hypothesis: Hypothesis) -> str:
+    """ "rate_limit on joint 3 and servo_lag"."""
+    parts = []
+    for term in hypothesis.terms:
+        which = (
+            "" if term.joints is None else f" on joint{'s' * (len(term.joints) > 1)} {listed(term.joints)}"
+        )
+        parts.append(term.effect + which)
+    return listed(parts)
+
+
+def _winner(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Trial) -> Trial | None:
+    """The best of some trials that stands on top of ``base``."""
+    stands = (t for t in tried if accepted(scoring, t, base) and closes_more(scoring, t, base, nominal))
+    return next(stands, None)
+
+
+def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: Trial) -> bool:
+    """Whether it is time to try a little of everything on every joint: the search has come to an end before the gap is
+    closed, or most joints have a gap that the winner does not close.
+    """
+    stands = winner or best
+    if closed_enough(scoring, stands, nominal):
+        return False
+    return winner is None or gap_of(scoring, stands.held_square).significant.mean() >= MOST_JOINTS
+
+
+def _explored(
+    evidence: Evidence, library: Library, base: Trial, nominal: Trial, progress: Progress
+) -> tuple[list[Trial], list[Trial]]:
+    """``explore`` on top of an explanation; nothing, where that leaves nothing worth a further effect."""
+    if closed_enough(evidence.scoring, base, nominal):
+        return [], []
+    return explore(evidence, library, base, _part(progress, str(base.hypothesis), len(base.hypothesis.terms)))
+
+
+def _part(progress: Progress, name: str, done: int) -> Progress:
+    return lambda text, share: progress(f"with {name}: {text}", min(0.8, 0.4 + 0.2 * (done - 1 + share)))
+
+
+def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
+    """The first effect was chosen alone, as a compromise: try the others in its place now that there is a second."""
+    tried = []
+    for index, term in enumerate(best.hypothesis.terms[:-1]):
+        rest = best.hypothesis.without(index)
+        kept = best.hypothesis.rest(best.theta, index)
+        for single in singles[:6]:
+            other = single.hypothesis.terms[0]
+            if other.effect in best.hypothesis.names:
+                continue
+            if (term.stage == "body") != (other.stage == "body"):
+                continue
+            tried.append(Candidate(rest.plus(other), [np.concatenate([kept, single.theta])]))
+    if not tried:
+        return best
+    fits = sorted(first_looks(evidence, tried), key=lambda t: -t.fitted_score(evidence.scoring))
+    trials = held_out(evidence, fits[:2])
+    return max([best, *trials], key=lambda t: t.score(evidence.scoring))
+
+
+def _elsewhere(evidence: Evidence, library: Library, best: Trial) -> Trial:
+    """With the last effect on further joints too, where that is all that ails them.
+
+    Joints that each differ in the same way need no search of the whole library each.
+    """
+    more = elsewhere(evidence, library, best)
+    if more is None:
+        return best
+    wider = run_trial(evidence, more.hypothesis, more.starts)
+    return wider if accepted(evidence.scoring, wider, best) else best
+
+
+def prune(evidence: Evidence, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
+    """Take out every effect without which the explanation does as well.
+
+    Everyday effects that joints have values of their own of stay: joint by joint, it was tried to do without them.
+
+    Returns what stays, and that without each of its terms.
+    """
+    spared = True
+    while spared and len(best.hypothesis.terms) > 1:
+        shared = [i for i, term in enumerate(best.hypothesis.terms) if not term.own]
+        less = in_parallel(partial(without_term, evidence, best), shared)
+        better = next((trial for trial in less if not accepted(evidence.scoring, best, trial)), None)
+        spared = better is not None
+        best = better or best
+    if len(best.hypothesis.terms) < 2:
+        return best, ()
+    known = dict(zip(shared, less, strict=True))
+    own = [i for i, term in enumerate(best.hypothesis.terms) if term.own]
+    known |= zip(own, in_parallel(partial(without_term, evidence, best), own), strict=True)
+    return best, tuple(known[i] for i in range(len(best.hypothesis.terms)))
+
+
+def without_term(evidence: Evidence, trial: Trial, index: int) -> Trial:
+    """The trial of what is left when one term is taken out."""
+    hypothesis = trial.hypothesis
+    return run_trial(evidence, hypothesis.without(index), [hypothesis.rest(trial.theta, index)])
+
+
+def as_fitted(evidence: Evidence, trial: Trial) -> Trial:
+    """The same explanation with nothing held out."""
+    return run_trial(evidence, trial.hypothesis, [trial.theta], cross=False)
+
+
+def _only_fitted(scoring: Scoring, nominal: Trial, singles: Sequence[Trial]) -> Trial:
+    """Where nothing stands on motions left out, because only one shows it: the effect that accounts for it whole."""
+    gap = gap_of(scoring, nominal.held_square)
+    sides = [scoring.of_angles] * bool(gap.significant.any()) + [scoring.of_ground] * gap.ground_significant
+    whole = [
+        t
+        for t in singles
+        if all(
+            excess(scoring, replace(t, held_square=t.fitted_square), side)
+            < LEAST_LEFT * excess(scoring, nominal, side)
+            for side in sides
+        )
+    ]
+    return min(
+        whole,
+        key=lambda t: (t.theta.size, -t.fitted_score(scoring)),
+        default=nominal,
+    )
+
+
+def _shared(evidence: Evidence, best: Trial) -> Trial:
+    """With one value for all joints of an effect, where values of their own gain nothing.
+
+    Joints that differ in many effects are not alike in one of them: there nothing would be said more plainly.
+    """
+    if len(best.hypothesis.terms) > MANY_TERMS:
+        return best
+    for term in best.hypothesis.terms:
+        if not term.own:
+            continue
+        parts = list(zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True))
+        alike = [
+            (replace(t, own=False), np.median(v.reshape(len(t.alike), -1), axis=0)) if t == term else (t, v)
+            for t, v in parts
+        ]
+        plain = run_trial(
+            evidence, Hypothesis(tuple(t for t, _ in alike)), [np.concatenate([v for _, v in alike])]
+        )
+        lost = evidence.scoring.gain(best.held_square, plain.held_square)
+        if lost.mean < max(lost.se, NO_LOSS):
+            best = plain
+    return best
+
+
+def _plain(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
+    """The same said more plainly: of all joints where that does as well, and by the plainer effect that it comes to."""
+    best = _shared(evidence, best)
+    for term in best.hypothesis.terms:
+        if term.joints is None or len(term.joints) < 2 or not term.open or term.own:
+            continue
+        parts = zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True)
+        kept = [(t, values) for t, values in parts if t == term or t.effect != term.effect]
+        wide = Hypothesis(tuple(replace(t, joints=None) if t == term else t for t, _ in kept))
+        wider = run_trial(evidence, wide, [np.concatenate([values for _, values in kept])])
+        lost = evidence.scoring.gain(best.held_square, wider.held_square)
+        if lost.mean < max(lost.se, NO_LOSS):
+            best = wider
+    if len(best.hypothesis.names) != 1:
+        return best
+    simulator = evidence.predictor.simulator
+    loads = [load for load in map(simulator.load, evidence.split.free) if load is not None]
+    load_nm = float(np.sqrt(np.mean([np.mean(np.square(load)) for load in loads]))) if loads else 0.0
+    (term, *_), (values, *_) = best.hypothesis.terms, best.hypothesis.split(best.theta)
+    name = find_effect(term.effect).plainer([float(v) for v in values], load_nm)
+    plainer = next((t for t in singles if t.hypothesis.names == (name,)), None)
+    return plainer if plainer is not None and plainer.hypothesis.terms[0].joints == term.joints else best

@@ -1,0 +1,285 @@
+"""A joint as it is: a little of every everyday effect at once, fitted whole; then what it can do without is taken out.
+
+Effects that only help together (an offset and a play) are not found one by one. But joints do not disturb each other,
+so that all everyday effects of all joints are cheap to fit at once: a simulation serves every joint. What a joint
+cannot spare on runs left out of the fit stays, and is put together as one explanation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from snakebot.arrays import Bools, Floats
+from snakebot.diagnosis.evidence.blocks import MeanDifference, mean_difference
+from snakebot.diagnosis.evidence.gap import gap_of
+from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.score import CHANGED
+from snakebot.diagnosis.fit.fit_runs import StackedAngles
+from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, bounds
+from snakebot.diagnosis.fit.least_squares import linearised, minimise, refit, wide_allowance
+from snakebot.diagnosis.fit.step import Problem
+from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.search.acceptance import CLEAR_SE, accepted
+from snakebot.diagnosis.search.candidate import Candidate, start_values
+from snakebot.diagnosis.search.candidates import kinds
+from snakebot.diagnosis.search.library import Library
+from snakebot.effects.registry import find_effect
+from snakebot.effects.spec import EffectSpec
+
+FIRST_STEPS = 12  # iterations of the fit of everything, by least squares
+LAST_STEPS = 8  # iterations of the same with the loss of the score
+LESS_STEPS = 5  # iterations with one effect less, from near
+LEAST_LOSS = (
+    0.02  # held-out score (4 % of the mean square) that a joint may not lose with what is taken out of it
+)
+START_SHARE = 0.5  # of the size that an effect alone would start with: it is not alone here
+
+
+@dataclass(frozen=True, eq=False)
+class Wear:
+    """Everyday effects on the joints that have a gap.
+
+    Attributes:
+        terms: (K,) the effects, of no joint in particular.
+        joints: (U,) 1-based.
+        theta: (U, p) parameters of each joint, effect by effect.
+        kept: (U, K) effects that a joint cannot do without.
+        left_square: (B,) mean squares that all of them together leave of the angles.
+    """
+
+    terms: tuple[Term, ...]
+    joints: tuple[int, ...]
+    theta: Floats
+    kept: Bools
+    left_square: Floats
+
+    def added_to(self, base: Hypothesis, theta: Floats) -> Candidate | None:
+        """``base`` at ``theta`` with the effects that joints cannot do without; None where there are none.
+
+        Everyday effects that ``base`` names itself are taken over by these.
+        """
+        everyday = {term.effect for term in self.terms}
+        parts = [
+            (term, values)
+            for term, values in zip(base.terms, base.split(theta), strict=True)
+            if term.effect not in everyday
+        ]
+        at = 0
+        for k, term in enumerate(self.terms):
+            own = slice(at, at + len(term.open))
+            at = own.stop
+            rows = np.flatnonzero(self.kept[:, k])
+            if rows.size:
+                joints = tuple(self.joints[u] for u in rows)
+                parts.append(
+                    (replace(term, joints=joints, own=len(joints) > 1), self.theta[rows, own].ravel())
+                )
+        if not self.kept.any():
+            return None
+        return Candidate(Hypothesis(tuple(t for t, _ in parts)), [np.concatenate([v for _, v in parts])])
+
+
+def with_wear(
+    evidence: Evidence, library: Library, nominal: Trial, first: Trial
+) -> tuple[Evidence, Trial | None]:
+    """The evidence with the misfit of joints that have a little of everything; and the everyday effects that the joints
+    cannot do without, alone or beside ``first``, if they explain clearly more than ``first`` does.
+    """
+    wear = worn(evidence, library, nominal)
+    if wear is None:
+        return evidence, None
+    evidence = evidence.with_misfit(wear.left_square)
+    best, found = first, None
+    made = [wear.added_to(nominal.hypothesis, nominal.theta)]
+    if first.hypothesis.terms and not find_effect(first.hypothesis.terms[0].effect).everyday:
+        beside = worn(evidence, library, first)
+        made.append(None if beside is None else beside.added_to(first.hypothesis, first.theta))
+    for candidate in made:
+        if candidate is None:
+            continue
+        trial = run_trial(evidence, candidate.hypothesis, candidate.starts)
+        if accepted(evidence.scoring, trial, best):
+            best = found = trial
+    return evidence, found
+
+
+def worn(evidence: Evidence, library: Library, base: Trial) -> Wear | None:
+    """The everyday effects on every joint where ``base`` leaves a gap; None where there is nothing to try."""
+    gap = gap_of(evidence.scoring, base.held_square).significant
+    joints = tuple(int(j) + 1 for j in np.flatnonzero(gap))
+    terms = tuple(
+        Term(effect.name, None, kinds(library, effect)[0])
+        for effect in library.effects
+        if effect.everyday and kinds(library, effect)
+    )
+    if not joints or not terms:
+        return None
+    rest = [
+        spec
+        for term, values in zip(base.hypothesis.terms, base.hypothesis.split(base.theta), strict=True)
+        if term.effect not in {t.effect for t in terms}
+        for spec in term.specs(values.tolist())
+    ]
+    if evidence.predictor.simulator.needs_body(rest):
+        return None
+    return _spared(_Bench(evidence, terms, joints, rest), library)
+
+
+class _Bench:
+    """The joints with a gap, one unit each, under the runs that may be fitted."""
+
+    def __init__(
+        self, evidence: Evidence, terms: tuple[Term, ...], joints: tuple[int, ...], rest: Sequence[EffectSpec]
+    ) -> None:
+        self.evidence, self.terms, self.joints, self.rest = evidence, terms, joints, tuple(rest)
+        self.columns = [j - 1 for j in joints]
+        self.runs = evidence.split.free
+        angles = evidence.angles
+        self.stacked = StackedAngles.of(angles, self.columns, self.runs, None)
+        ends = np.cumsum([len(t.open) for t in terms])
+        self.parts = [slice(int(e) - len(t.open), int(e)) for e, t in zip(ends, terms, strict=True)]
+        self.box = bounds([p for t in terms for p in t.open])
+        self.block = self.stacked.block
+        self.used = self.block >= 0
+        self.size = np.bincount(self.block[self.used], minlength=angles.blocks.count)
+
+    def specs(self, theta: Floats, kept: Bools) -> list[EffectSpec]:
+        out = list(self.rest)
+        for joint, row, there in zip(self.joints, theta, kept, strict=True):
+            for term, part, mine in zip(self.terms, self.parts, there, strict=True):
+                if mine:
+                    out += replace(term, joints=(joint,)).specs(row[part].tolist())
+        return out
+
+    def residual(self, theta: Floats, kept: Bools) -> Floats:
+        """(N, U) of all runs that may be fitted."""
+        simulator = self.evidence.predictor.simulator
+        made = simulator.predict(self.specs(theta, kept), self.runs, rough=True, columns=self.columns)
+        return self.stacked.residual([p.reading_rad for p in made])
+
+    def square(self, residual: Floats) -> Floats:
+        """(B,) mean squares of the blocks."""
+        total = np.bincount(
+            self.block[self.used], weights=np.square(residual[self.used]), minlength=self.size.size
+        )
+        return total / np.maximum(self.size, 1)
+
+    def problem(self, kept: Bools, spread_square: Floats) -> Problem:
+        unit = np.arange(len(self.joints))
+        return Problem(partial(self.residual, kept=kept), unit, self.block, spread_square, *self.box)
+
+    def held_square(self, theta: Floats, kept: Bools, spread_square: Floats) -> Floats:
+        """(B,) mean squares of each fold's runs, predicted from what its other runs say; of all, if there is one."""
+        folds = self.evidence.split.folds
+        problem = self.problem(kept, spread_square)
+        if not folds:
+            return self.square(problem.residual(theta))
+        run_of = self.evidence.angles.blocks.run
+        uses = [self.used & np.isin(run_of[np.maximum(self.block, 0)], fold.fit) for fold in folds]
+        held, here = np.zeros(self.size.size), self.square(problem.residual(theta))
+        for fold, near in zip(folds, refit(problem, theta, uses), strict=True):
+            there = self.square(problem.residual(near.theta))
+            mine, fitted = np.isin(run_of, fold.score), np.isin(run_of, fold.fit)
+            for column in self.columns:  # a step that does the fitted runs no good was too long a one
+                rows = self.evidence.angles.blocks.joint == column
+                new, old = (np.log1p(q / spread_square)[rows & fitted].sum() for q in (there, here))
+                held[mine & rows] = (there if new < old else here)[mine & rows]
+        return held
+
+
+def _start(bench: _Bench, library: Library) -> Floats:
+    """(U, p) where to begin: each effect at a share of the size that it would have alone."""
+    rows = []
+    for column in bench.columns:
+        row: list[float] = []
+        for term in bench.terms:
+            effect = find_effect(term.effect)
+            alone = start_values(term, effect.starts(library.observed, (column,))[0])
+            row += [
+                p.clip(p.neutral + START_SHARE * (float(v) - p.neutral))
+                for p, v in zip(term.open, alone, strict=True)
+            ]
+        rows.append(row)
+    return np.array(rows)
+
+
+def _spared(bench: _Bench, library: Library) -> Wear:
+    """Fit all, then take out of each joint what it can do without, the least of it first."""
+    allowed = bench.evidence.angles.allowed_square
+    every = np.ones((len(bench.joints), len(bench.terms)), dtype=bool)
+    begin = _start(bench, library)
+    problem = bench.problem(every, allowed)
+    wide = wide_allowance(problem, bench.residual(begin, every))
+    theta = minimise(replace(problem, allowed_square=wide), begin, FIRST_STEPS, covariance=False).theta
+    spread = _as_wide_as(bench, bench.square(bench.residual(theta, every)))
+    theta = minimise(bench.problem(every, spread), theta, LAST_STEPS, covariance=False).theta
+    left = bench.square(bench.residual(theta, every))
+    spread = _as_wide_as(bench, left)
+
+    def without(kept: Bools, start: Floats) -> tuple[Floats, Floats]:
+        found = minimise(bench.problem(kept, spread), start, LESS_STEPS, covariance=False).theta
+        return found, bench.held_square(found, kept, spread)
+
+    whole = bench.held_square(theta, every, spread)
+    kept = every.copy()
+    order = np.argsort(_losses(bench, theta, spread), axis=1, kind="stable")
+    for turn in range(len(bench.terms)):
+        less = kept.copy()
+        less[np.arange(len(bench.joints)), order[:, turn]] = False
+        fitted, square = without(less, theta)
+        for u, j in enumerate(bench.columns):
+            lost = _gain(
+                bench, j, spread, whole, square
+            )  # by all that was taken out so far: many a little is much
+            if lost.z <= CLEAR_SE or lost.mean <= LEAST_LOSS:
+                kept[u], theta[u] = less[u], fitted[u]
+    return Wear(bench.terms, bench.joints, theta, kept, left)
+
+
+def _losses(bench: _Bench, theta: Floats, spread_square: Floats) -> Floats:
+    """(U, K) cost of doing without each effect on each joint, the others following as far as a straight line goes."""
+    every = np.ones((len(bench.joints), len(bench.terms)), dtype=bool)
+    problem = bench.problem(every, spread_square)
+    _, residual, jacobian, weight = linearised(problem, theta)
+    out = np.empty(every.shape)
+    for k, part in enumerate(bench.parts):
+        less = every.copy()
+        less[:, k] = False
+        gone = bench.residual(theta, less)
+        others = np.delete(np.arange(theta.shape[1]), np.arange(part.start, part.stop))
+        for u in range(len(bench.joints)):
+            steep = jacobian[others, :, u]
+            steep = steep[np.abs(steep).max(axis=1) > 0]
+            curved = (steep * weight[:, u]) @ steep.T
+            step = np.linalg.lstsq(curved, -(steep * weight[:, u]) @ gone[:, u], rcond=None)[0]
+            left = gone[:, u] + step @ steep
+            out[u, k] = float(weight[:, u] @ (np.square(left) - np.square(residual[:, u])))
+    return out
+
+
+def _gain(bench: _Bench, joint: int, spread_square: Floats, better: Floats, worse: Floats) -> MeanDifference:
+    """Mean gain on the deciding blocks of one joint (0-based) that change, against the spread that its fit reckons
+    with: what no everyday effect is exact to decides nothing.
+    """
+    angles = bench.evidence.angles
+    changed = np.abs(better - worse) > CHANGED * angles.allowed_square
+    rows = changed & (bench.size > 0) & (angles.blocks.joint == joint)
+    if not rows.any():
+        return MeanDifference(0.0, 0.0)
+    gain = 0.5 * (np.log1p(worse / spread_square) - np.log1p(better / spread_square))[rows]
+    return mean_difference(gain, angles.blocks.run[rows])
+
+
+def _as_wide_as(bench: _Bench, square: Floats) -> Floats:
+    """(B,) spread at least as wide as what is left on a joint, in the middle of its blocks."""
+    angles = bench.evidence.angles
+    out = angles.allowed_square.copy()
+    for j in bench.columns:
+        mine = (angles.blocks.joint == j) & (bench.size > 0)
+        if mine.any():
+            out[mine] = np.maximum(out[mine], float(np.median(square[mine])))
+    return out

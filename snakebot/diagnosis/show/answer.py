@@ -1,0 +1,206 @@
+"""The answer: one plain sentence, and what to do now."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from snakebot.diagnosis.result import Cause, Diagnosis
+from snakebot.diagnosis.show import certainty
+from snakebot.diagnosis.show.named import (
+    cause_sentence,
+    effect_of,
+    effect_title,
+    in_degrees,
+    joint_count,
+    share_in_words,
+    short_specification,
+    stages,
+    stages_in_words,
+)
+from snakebot.effects.telling import joints_in_words
+from snakebot.in_words import listed, three
+
+MOST_SAID = 3  # causes that the sentence names; chosen
+MOST_LOOKS = 2  # of those what to look at is said; chosen: one screen holds no more
+SOME_GAIT = "--alpha 66 --beta 80 --omega 2"  # to see effects in simulation: the example of the README
+ROBOT, RUN, SIMULATION = "On the robot", "Next run", "Simulation"
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Something to do: where, what, and perhaps the command that does it."""
+
+    where: str
+    text: str
+    command: str = ""
+
+
+def sentence(found: Diagnosis) -> str:
+    """The whole answer in one or two plain sentences."""
+    return " ".join((statement(found), *effect_on_error(found))).strip()
+
+
+def statement(found: Diagnosis, *, hedged: bool = True) -> str:
+    """What is the matter with the robot; ``hedged`` says "probably" or "perhaps" where it is not sure."""
+    count, angle = joint_count(found), found.closure.joint_angle
+    if found.verdict == "no_gap":
+        off = in_degrees(angle.rms_before)
+        return (
+            f"The robot does what the simulation says: joint angles are {off} deg off, no more than noise and the "
+            "tolerance of the stated numbers allow."
+        )
+    if found.verdict == "unexplained":
+        return _unexplained(found, count)
+    parts = [_with_rivals(cause, count) for cause in found.causes[:MOST_SAID]]
+    more = len(found.causes) - len(parts)
+    text = "; ".join([parts[0], *(_inside(part) for part in parts[1:])])
+    text += f" (and {more} more)" if more > 0 else ""
+    said = certainty.word(found)
+    if any(cause.indistinguishable_from for cause in found.causes):
+        text += ": these runs cannot tell"
+    elif said == "a tie":
+        text += ", or it is another explanation that fits as well"
+    start = {"likely": "Probably ", "a guess": "Perhaps "}.get(said, "") if hedged else ""
+    return f"{start}{_inside(text) if start else text}."
+
+
+def _with_rivals(cause: Cause, count: int) -> str:
+    """What is said of a cause; of one that ties, with those that it ties with."""
+    said = cause_sentence(cause, count)
+    rivals = dict.fromkeys(effect_title(name) for name in cause.indistinguishable_from)
+    return f"Either {_inside(said)}, or it is {listed(list(rivals), 'or')}" if rivals else said
+
+
+def effect_on_error(found: Diagnosis) -> list[str]:
+    """How far the error shrinks with it in the simulation, and what is left."""
+    if found.verdict in ("no_gap", "unexplained") or not found.causes:
+        return []
+    angle, speed = found.closure.joint_angle, found.closure.forward_speed
+    held = "runs it was not fitted to" if found.closure.held_out_runs else "the runs it was fitted to"
+    if over_ground(found) and speed is not None:
+        fall = f"from {three(speed.error_before)} to {three(speed.error_after)} m/s"
+        what, share = "error of the forward speed", speed.closed
+    else:
+        fall = f"from {in_degrees(angle.rms_before)} to {in_degrees(angle.rms_after)} deg"
+        what, share = "error", angle.closed
+    closed = f": {share_in_words(share)} of the gap" if share is not None else ""
+    if share is not None and share_in_words(share) == "none":
+        lines = [f"The {what} on {held} does not shrink with it ({fall}{closed})."]
+    else:
+        lines = [f"With that in the simulation, the {what} on {held} falls {fall}{closed}."]
+    if found.verdict == "partly":
+        lines.append(f"The other {100 * found.unexplained.share:.0f} % no known effect explains.")
+    return lines
+
+
+def over_ground(found: Diagnosis) -> bool:
+    """Whether the forward speed is what is explained: the joint angles have no gap."""
+    angle, speed = found.closure.joint_angle, found.closure.forward_speed
+    if angle.closed is not None or speed is None:
+        return False
+    return speed.closed is not None or any(cause.stage == "body" for cause in found.causes)
+
+
+def _unexplained(found: Diagnosis, count: int) -> str:
+    angle, speed = found.closure.joint_angle, found.closure.forward_speed
+    if found.where.joints and found.where.stage != "body":
+        on = joints_in_words(found.where.joints, count)
+        floor = "" if angle.rms_floor is None else f", {in_degrees(angle.rms_floor)} deg would be noise"
+        what = (
+            f"{on} {'do' if len(found.where.joints) != 1 else 'does'} something that no known effect explains"
+        )
+        text = (
+            f"{what[0].upper()}{what[1:]}: the simulation is {in_degrees(angle.rms_before)} deg off{floor}."
+        )
+    elif speed is not None:
+        off = three(speed.error_before)
+        text = f"The robot moves over ground as no known effect explains: its forward speed is {off} m/s off."
+    else:
+        text = "Robot and simulation part, and no known effect explains it."
+    if found.causes and angle.closed is not None:
+        best = effect_title(found.causes[0].effect)
+        text += f" The nearest, {best}, takes away {share_in_words(angle.closed)} of the gap."
+    return text
+
+
+def advice(found: Diagnosis) -> list[Advice]:
+    """What to look at on the robot, which one run to make, what puts it into the simulation."""
+    out: list[Advice] = []
+    count, run = joint_count(found), found.next_experiment
+    if found.verdict == "no_gap":
+        return [
+            Advice(
+                SIMULATION,
+                "Use it as it is. Smaller effects show with a repeated run and tighter `tolerance:`.",
+            )
+        ]
+    if found.verdict == "unexplained":
+        at = joints_in_words(found.where.joints, count) if found.where.joints else "the robot"
+        out.append(Advice(ROBOT, f"Watch {at}: {found.where.regime}."))
+        if run is None:
+            tip = (
+                "Record a slow small motion, a fast one and one repeat, with a row for every set-point; "
+                "see docs/diagnosis.md."
+            )
+            out.append(Advice(RUN, tip))
+    else:
+        out += [
+            Advice(ROBOT, _look(cause, found)) for cause in found.causes[:MOST_LOOKS] if _look(cause, found)
+        ]
+    if run is not None:
+        lifted = " with the robot lifted off the ground" if run.lifted else ""
+        told = listed([" from ".join(effect_title(n) for n in pair) for pair in run.separates])
+        settles = f" It tells {told}." if run.separates else ""
+        out.append(Advice(RUN, f"One more{lifted}: {run.motion}.{settles}", run.command))
+    elif found.verdict != "unexplained" and certainty.word(found) in ("a tie", "a guess"):
+        hints = [w.partition("; ")[2] for w in found.warnings if w.startswith("no motion separates")]
+        out += [
+            Advice(RUN, f"No motion of this robot tells them apart; {hint}.") for hint in hints[:1] if hint
+        ]
+    if found.verdict in ("explained", "partly") and found.causes:
+        effects = " ".join(f"--effect {short_specification(cause)}" for cause in found.causes)
+        out.append(
+            Advice(
+                SIMULATION,
+                "Put it in with `--apply my_robot.yaml`, or in one run:",
+                f"snakebot run {SOME_GAIT} {effects}",
+            )
+        )
+    return out
+
+
+def _look(cause: Cause, found: Diagnosis) -> str:
+    """What to look at; of several causes, where."""
+    effect = effect_of(cause)
+    if (
+        effect is None
+        or not effect.look
+        or len(found.causes) == 1
+        or not cause.joints
+        or cause.stage == "body"
+    ):
+        return effect.look if effect is not None else ""
+    on = joints_in_words(cause.joints, joint_count(found))
+    return f"{on[0].upper()}{on[1:]}: {_inside(effect.look)}"
+
+
+def advice_in_one(found: Diagnosis) -> str:
+    """The same as one text."""
+    return " ".join(
+        f"{one.where}: {one.text}" + (f" `{one.command}`" if one.command else "") for one in advice(found)
+    )
+
+
+def with_words(found: Diagnosis) -> Diagnosis:
+    """The same with the answer, the advice and the stages of what ties in it."""
+    where = found.where.model_copy(
+        update={"stages": stages(found), "stages_in_words": stages_in_words(found)}
+    )
+    return found.model_copy(
+        update={"sentence": sentence(found), "advice": advice_in_one(found), "where": where}
+    )
+
+
+def _inside(text: str) -> str:
+    """As it stands in the midst of a sentence."""
+    return text[0].lower() + text[1:]

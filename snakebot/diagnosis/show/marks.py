@@ -1,0 +1,66 @@
+"""How each cause shows: its mark and its doubles, in words, beside the trace in which it shows best."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from snakebot.arrays import Floats
+from snakebot.diagnosis.result import Cause, Diagnosis, Trace
+from snakebot.diagnosis.show.named import cause_name, effect_of, effect_title, joint_count
+from snakebot.report import Axis, Block, Explain, Line, LineChart, Section
+
+DEG = 180 / np.pi  # in a radian
+
+
+def add_causes(section: Section, found: Diagnosis) -> None:
+    """One block for each cause."""
+    traces = {trace.cause: trace for trace in (found.details.traces if found.details else ())}
+    for number, cause in enumerate(found.causes):
+        trace = traces.get(number)
+        charts = trace_charts(trace) if trace is not None else []
+        section.add_beside(explain(cause, joint_count(found)), *charts)
+
+
+def explain(cause: Cause, count: int) -> Explain:
+    """What to see in the plot, and what else would leave nearly the same."""
+    effect, name = effect_of(cause), cause_name(cause, count)
+    parts: list[tuple[str, str]] = []
+    if effect is not None:
+        parts.append(("How to recognise it:", effect.mark))
+        parts += [(f"Not {effect_title(other)}:", f"{tells}.") for other, tells in effect.confused_with]
+    return Explain(name[0].upper() + name[1:], parts)
+
+
+def trace_charts(trace: Trace) -> list[Block]:
+    """The angle over time, and below it the error before and after."""
+
+    def degrees(values: tuple[float | None, ...]) -> Floats:
+        return np.array([np.nan if v is None else v for v in values], dtype=np.float64) * DEG
+
+    t, measured = np.array(trace.t_s), degrees(trace.measured_rad)
+    before, after = degrees(trace.before_rad), degrees(trace.after_rad)
+    sync, x = f"{trace.run} joint {trace.joint} cause {trace.cause}", Axis("time", "s", 3)
+    angles = LineChart(
+        f"{trace.run}, joint {trace.joint}: angle",
+        t,
+        [
+            Line("command", degrees(trace.command_rad), "command", dash=True),
+            Line("measured", measured, "measured"),
+            Line("simulation now", before, "error"),
+            Line("simulation with it", after, "predicted"),
+        ],
+        x=x,
+        y=Axis("angle", "deg", 2),
+        sync=sync,
+        height=200,
+    )
+    errors = LineChart(
+        f"{trace.run}, joint {trace.joint}: error (measured less simulated)",
+        t,
+        [Line("now", measured - before, "error"), Line("with it", measured - after, "predicted")],
+        x=x,
+        y=Axis("error", "deg", 3),
+        sync=sync,
+        height=160,
+    )
+    return [angles, errors]

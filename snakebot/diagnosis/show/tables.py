@@ -1,0 +1,169 @@
+"""Tables of the page: the numbers of the causes, the budget of the gap, what else was tried, the stated numbers."""
+
+from __future__ import annotations
+
+from snakebot.diagnosis.result import BudgetEntry, Diagnosis, RankingEntry, StatedNumber
+from snakebot.diagnosis.show.named import (
+    cause_name,
+    effect_title,
+    explanation,
+    in_degrees,
+    joint_count,
+    parameter_rows,
+    runs_in_words,
+    short_specification,
+)
+from snakebot.effects.telling import joints_in_words
+from snakebot.in_words import span, three
+from snakebot.report import Axis, BarChart, Bars, Column, Note, Section, Table
+
+STATED = {  # numbers of a robot's description: what they are called, unit, how many of those in one SI unit
+    "servo.time_constant_s": ("lag of the servo", "ms", 1000.0),
+    "friction.ct": ("friction along the links", "N s/m", 1.0),
+    "friction.cn": ("friction across the links", "N s/m", 1.0),
+    "link_mass_kg": ("mass of a link", "kg", 1.0),
+}
+MUCH, SOME = 3.0, 1.5  # tolerances off: "far off", "off"; chosen
+ALIKE_SE = 2.0  # standard errors within which two explanations do equally well; chosen: 95 %
+
+
+def add_numbers(section: Section, found: Diagnosis) -> None:
+    """What the numbers of the causes are."""
+    rows: list[list[object]] = []
+    for cause in found.causes:
+        name, chance = cause_name(cause, joint_count(found)), f"{cause.probability:.0%}"
+        for called, value, ends in parameter_rows(cause) or [("", "", "")]:
+            rows.append([name, called, value, ends, chance])
+            name = chance = ""
+    columns = [
+        Column("cause"),
+        Column("number"),
+        Column("value"),
+        Column("between", help="95 % interval, with the tolerance of the stated numbers in it"),
+        Column("probability", help="of answers like this one, so many are right"),
+    ]
+    section.add(Table(columns, rows))
+    lines = "  ".join(f"--effect {short_specification(cause)}" for cause in found.causes)
+    section.add(Note(f"In the simulation: {lines}"))
+
+
+def add_budget(section: Section, found: Diagnosis) -> None:
+    """What each cause carries: in all, by joint, by run."""
+    for of, title in (("joint_angle", "Joint angles"), ("ground", "Motion over ground")):
+        entries = found.shares_of(of)
+        if not entries:
+            continue
+        names = [_carrier(found, entry) for entry in entries]
+        ends = [entry.ci95 for entry in entries]
+        bars = Bars(
+            "share",
+            [100 * entry.share for entry in entries],
+            "predicted",
+            [None if e is None else 100 * e[0] for e in ends],
+            [None if e is None else 100 * e[1] for e in ends],
+        )
+        section.add(BarChart(f"{title}: share of the gap", names, [bars], Axis("share of the gap", "%", 1)))
+        columns = [Column(""), *(Column(name, "%") for name in names)]
+        rows: list[list[object]] = [["all", *(_percent(e.share) for e in entries)]]
+        rows += [
+            [f"joint {joint + 1}", *(_percent(e.by_joint[joint]) for e in entries)]
+            for joint in range(len(entries[0].by_joint))
+        ]
+        rows += [[run, *(_percent(e.by_run[run]) for e in entries)] for run in entries[0].by_run]
+        section.add(Table(columns, rows, caption=f"{title}, by joint and by run"))
+        if any(e is None for e in ends):
+            section.add(Note("Shares over ground have no interval: a run gives a few numbers only."))
+    angle = found.closure.joint_angle
+    if angle.rms_floor is not None:
+        section.add(Note(f"Noise, which is no part of the gap: {in_degrees(angle.rms_floor)} deg."))
+
+
+def _carrier(found: Diagnosis, entry: BudgetEntry) -> str:
+    return "the rest" if entry.cause is None else effect_title(found.causes[entry.cause].effect)
+
+
+def _percent(share: float | None) -> str:
+    return "no gap" if share is None else f"{100 * share:.0f}"
+
+
+def add_ranking(section: Section, found: Diagnosis) -> None:
+    """One row for each explanation: what error it leaves, and why it lost."""
+    best = next((entry for entry in found.ranking if _is_best(found, entry)), None)
+    rows = [
+        [
+            explanation(entry, joint_count(found)),
+            "" if entry.rms_after is None else in_degrees(entry.rms_after),
+            f"{entry.probability:.0%}",
+            why_it_lost(found, entry, best),
+        ]
+        for entry in found.ranking
+    ]
+    columns = [
+        Column("explanation"),
+        Column("error left", "deg", help="of joint angles, on runs held out where there are any"),
+        Column("probability"),
+        Column("why", help="on blocks of a second, by the logarithm of the squared error"),
+    ]
+    section.add(Table(columns, rows))
+
+
+def _is_best(found: Diagnosis, entry: RankingEntry) -> bool:
+    named = {cause.effect for cause in found.causes}
+    return set(entry.effects) == named and entry.delta == 0
+
+
+def why_it_lost(found: Diagnosis, entry: RankingEntry, best: RankingEntry | None) -> str:
+    """In words; of the one that is named, that it is."""
+    runs = len(found.closure.held_out_runs)
+    if entry is best:
+        return "named" if found.verdict in ("explained", "partly") else "the nearest"
+    if not entry.effects:
+        return "there is a gap" if found.verdict != "no_gap" else "named: there is no gap"
+    if entry.worse_in:
+        return f"fails in {runs_in_words(entry.worse_in, runs)}" + (
+            f": {', '.join(entry.worse_in[:3])}" if len(entry.worse_in) < runs else ""
+        )
+    group = {name for cause in found.causes for name in cause.indistinguishable_from}
+    if set(entry.effects) & group:
+        return "not told apart by these runs"
+    extra = (entry.parameters or 0) - (best.parameters or 0) if best is not None else 0
+    if best is not None and extra > 0 and entry.delta <= ALIKE_SE * max(entry.delta_se, 1e-9):
+        return f"no better, with {extra} more number{'s' if extra > 1 else ''} to fit"
+    if entry.delta > 0:
+        return "a little worse in all, in no run clearly"
+    return "no worse in these runs, but does not stand beside the other causes"
+
+
+def add_stated(section: Section, found: Diagnosis) -> None:
+    """Every number of the description of which the runs say something."""
+    rows = [_stated_row(number, joint_count(found)) for number in found.nominal]
+    columns = [
+        Column("number"),
+        Column("where"),
+        Column("stated"),
+        Column("found"),
+        Column("between", help="95 % interval"),
+        Column("off by"),
+        Column(
+            "in tolerances", help="how many times its stated tolerance (one standard deviation) it is off"
+        ),
+    ]
+    section.add(Table(columns, rows))
+
+
+def _stated_row(number: StatedNumber, count: int) -> list[object]:
+    called, unit, factor = STATED.get(number.number, (number.number.replace("_", " "), "", 1.0))
+    off = number.estimate - number.stated
+    times = abs(off) / number.tolerance if number.tolerance > 0 else 0.0
+    word = "far off" if times > MUCH else "off" if times > SOME else "as stated"
+    percent = f" ({100 * off / number.stated:+.0f} %)" if number.stated else ""
+    low, high = number.ci95
+    return [
+        called,
+        joints_in_words(number.joints, count) if number.joints else "the robot",
+        f"{three(number.stated * factor)} {unit}",
+        f"{three(number.estimate * factor)} {unit}",
+        f"{span(low * factor, high * factor)} {unit}",
+        f"{three(off * factor)} {unit}{percent}",
+        f"{times:.1f}, {word}",
+    ]

@@ -1,0 +1,226 @@
+"""The budget of the gap: which part of it each cause carries, and what none does.
+
+Shapley's value: what the mean square of the error falls by when a cause is added, in the mean over the orders in which
+the causes may be added. The causes are as they were fitted, each run by parameters that it had no part in; nothing is
+fitted anew. With the rest the shares add up to one. Intervals are from the bootstrap over blocks of ``closure``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+
+from snakebot.arrays import Bools, Floats, Ints
+from snakebot.diagnosis.evidence.blocks import resample
+from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.fit.fit_runs import ground_residuals
+from snakebot.diagnosis.fit.trial import Trial
+from snakebot.diagnosis.result import BudgetEntry, Cause
+from snakebot.diagnosis.verdict.closure import DRAWS, NO_GAP
+from snakebot.effects.spec import EffectSpec
+
+ALL_ORDERS = 3  # causes of which every order is tried; of more a few, forwards and backwards; chosen
+SOME_ORDERS = 4  # chosen
+QUANTILES = (0.025, 0.975)
+
+Coalition = frozenset[int]
+Squares = Callable[[Coalition], Floats]
+
+
+def angle_budget(
+    evidence: Evidence, nominal: Trial, best: Trial, terms: Sequence[int | None], seed: int
+) -> list[BudgetEntry]:
+    """Shares in the error of the joint angles, on the runs of the closure.
+
+    Args:
+        terms: for each cause its place in the hypothesis of ``best``; None where it has none.
+    """
+    players = _players(best, terms, ("link", "servo", "sensor"))
+    if not players:
+        return []
+    angles, shown = evidence.angles, evidence.split.shown
+    blocks = angles.blocks
+    rows = np.isin(blocks.run, shown)
+
+    def squares(coalition: Coalition) -> Floats:
+        if not coalition:
+            return angles.mean_square(nominal.readings)[rows]
+        if coalition == frozenset(players.values()):
+            return angles.mean_square(best.readings)[rows]
+        readings = list(nominal.readings)
+        for runs, specs in _specs_by_run(best, coalition, shown):
+            for index, reading in zip(runs, evidence.predictor.readings(specs, runs), strict=True):
+                readings[index] = reading
+        return angles.mean_square(readings)[rows]
+
+    floor = evidence.floor
+    noise = np.square(floor.rad if floor.known else np.zeros(angles.data.joints))[blocks.joint[rows]]
+    shares = _shares(players, squares, noise, blocks.samples[rows], seed)
+    draw = resample(blocks.run[rows], np.random.default_rng(seed), DRAWS)
+    names = [angles.data.runs[i].name for i in shown]
+    return shares.entries(
+        "joint_angle",
+        draw,
+        [blocks.joint[rows] == j for j in range(angles.data.joints)],
+        {name: blocks.run[rows] == i for i, name in zip(shown, names, strict=True)},
+    )
+
+
+def ground_budget(
+    evidence: Evidence, best: Trial, terms: Sequence[int | None], seed: int
+) -> list[BudgetEntry]:
+    """Shares in the error of the motion over ground under measured joint angles, each feature against what it is
+    allowed.
+    """
+    players = _players(best, terms, ("body", "sensor"))
+    ground, shown = evidence.ground, evidence.split.shown
+    if ground is None or not any(best.hypothesis.terms[at].stage == "body" for at in players.values()):
+        return []
+    known = np.isfinite(ground.features.value) & np.isin(ground.features.run, shown)
+    if not known.any():
+        return []
+    allowed = ground.allowed_square[known]
+
+    def squares(coalition: Coalition) -> Floats:
+        left = np.zeros(known.size)
+        for runs, specs in _specs_by_run(best, coalition, shown):
+            made = ground_residuals(evidence, specs, evidence.split.free, runs)
+            mine = np.isin(ground.features.run, runs)
+            left[mine] = np.nan_to_num(np.square(made[mine]))
+        return np.asarray(left[known] / allowed)
+
+    shares = _shares(players, squares, np.ones(allowed.size), np.ones(allowed.size), seed)
+    run = ground.features.run[known]
+    by_run = {evidence.data.runs[i].name: np.asarray(run == i) for i in shown}
+    return shares.entries("ground", None, [], by_run)
+
+
+def by_share(
+    causes: Sequence[Cause], budget: Sequence[BudgetEntry]
+) -> tuple[tuple[Cause, ...], tuple[BudgetEntry, ...]]:
+    """Causes, first those that carry most of the gap of the joint angles, and the budget with their new places. As they
+    are where the motion over ground is shared out, too: shares of two gaps do not compare.
+    """
+    share = {entry.cause: entry.share for entry in budget}
+    if any(entry.of == "ground" for entry in budget):
+        return tuple(causes), tuple(budget)
+    order = sorted(range(len(causes)), key=lambda i: -round(share.get(i, -math.inf), 2))
+    place = {None: None} | {old: new for new, old in enumerate(order)}
+    entries = [entry.model_copy(update={"cause": place[entry.cause]}) for entry in budget]
+    of_rest = len(causes)  # stands behind all of them
+    entries.sort(key=lambda entry: of_rest if entry.cause is None else entry.cause)
+    return tuple(causes[i] for i in order), tuple(entries)
+
+
+def _players(best: Trial, terms: Sequence[int | None], stages: Sequence[str]) -> dict[int, int]:
+    """Causes to their terms, of these stages."""
+    return {
+        cause: at
+        for cause, at in enumerate(terms)
+        if at is not None and best.hypothesis.terms[at].stage in stages
+    }
+
+
+def _specs_by_run(
+    best: Trial, coalition: Coalition, runs: Sequence[int]
+) -> list[tuple[list[int], tuple[EffectSpec, ...]]]:
+    """The effects of some terms, at the parameters of each run: runs of the same parameters together."""
+    groups: dict[bytes, list[int]] = {}
+    for index in runs:
+        groups.setdefault(best.run_theta[index].tobytes(), []).append(index)
+    out = []
+    for group in groups.values():
+        parts = best.hypothesis.split(best.run_theta[group[0]])
+        specs = [s for at in sorted(coalition) for s in best.hypothesis.terms[at].specs(parts[at].tolist())]
+        out.append((group, tuple(specs)))
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class _Shares:
+    """What each cause takes off each block (C, B), what is left above the noise (B,), the noise (B,), and how many
+    samples each block is of (B,).
+    """
+
+    causes: Sequence[int]
+    taken: Floats
+    rest: Floats
+    noise: Floats
+    size: Floats
+
+    def of(self, rows: Bools) -> Floats | None:
+        """Shares of the causes, then of the rest (C + 1,), in some blocks; None where there is no gap."""
+        whole, noise = self._whole(self.taken[:, rows], self.rest[rows], self.size[rows]), self.noise[rows]
+        if not rows.any() or whole.sum() <= NO_GAP * float(noise @ self.size[rows]):
+            return None
+        return np.asarray(whole / whole.sum())
+
+    def drawn(self, draw: Ints) -> Floats:
+        """(D, C + 1) shares in each draw (D, B) of blocks."""
+        taken = (self.taken * self.size)[:, draw].sum(axis=2)
+        rest = np.maximum((self.rest * self.size)[draw].sum(axis=1), 0.0)
+        whole = np.vstack([taken, rest])
+        return np.asarray((whole / np.where(whole.sum(axis=0) > 0, whole.sum(axis=0), np.nan)).T)
+
+    @staticmethod
+    def _whole(taken: Floats, rest: Floats, size: Floats) -> Floats:
+        return np.append(taken @ size, max(float(rest @ size), 0.0))
+
+    def entries(
+        self, of: str, draw: Ints | None, joints: Sequence[Bools], runs: dict[str, Bools]
+    ) -> list[BudgetEntry]:
+        shares = self.of(np.ones(self.size.size, dtype=bool))
+        if shares is None:
+            return []
+        drawn = None if draw is None else np.nanquantile(self.drawn(draw), QUANTILES, axis=0)
+        by_joint = [self.of(rows) for rows in joints]
+        by_run = {name: self.of(rows) for name, rows in runs.items()}
+
+        def one(found: Floats | None, at: int) -> float | None:
+            return None if found is None else round(float(found[at]), 4)
+
+        return [
+            BudgetEntry(
+                cause=cause,
+                of=of,  # type: ignore[arg-type]
+                share=round(float(shares[at]), 4),
+                ci95=None
+                if drawn is None
+                else (round(float(drawn[0, at]), 4), round(float(drawn[1, at]), 4)),
+                by_joint=tuple(one(found, at) for found in by_joint),
+                by_run={name: one(found, at) for name, found in by_run.items()},
+            )
+            for at, cause in enumerate((*self.causes, None))
+        ]
+
+
+def _shares(players: dict[int, int], squares: Squares, noise: Floats, size: Floats, seed: int) -> _Shares:
+    cache: dict[Coalition, Floats] = {}
+
+    def of(coalition: Coalition) -> Floats:
+        if coalition not in cache:
+            cache[coalition] = squares(coalition)
+        return cache[coalition]
+
+    terms = list(players.values())
+    orders = _orders(len(terms), seed)
+    taken = np.zeros((len(terms), size.size))
+    for order in orders:
+        before: Coalition = frozenset()
+        for at in order:
+            after = before | {terms[at]}
+            taken[at] += (of(before) - of(after)) / len(orders)
+            before = after
+    return _Shares(list(players), taken, of(frozenset(terms)) - noise, noise, size)
+
+
+def _orders(count: int, seed: int) -> list[tuple[int, ...]]:
+    if count <= ALL_ORDERS:
+        return list(permutations(range(count)))
+    rng = np.random.default_rng(seed)
+    some = [tuple(int(i) for i in rng.permutation(count)) for _ in range(SOME_ORDERS)]
+    return [*some, *(order[::-1] for order in some)]

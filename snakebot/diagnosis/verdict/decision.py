@@ -1,0 +1,166 @@
+"""The verdict: explained, partly, no gap, or unexplained. It is decided here and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from snakebot.diagnosis.evidence.gap import Gap, gap_of, hidden_gap
+from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.fit.trial import Trial
+from snakebot.diagnosis.options import Options
+from snakebot.diagnosis.result import Verdict
+from snakebot.diagnosis.search.search import SearchResult
+from snakebot.diagnosis.verdict.noise import EncoderScatter, noise_effect, noisy_encoders
+from snakebot.diagnosis.verdict.rest import MUCH_LEFT, Rest, held_out_rest, rest_of, runs_with_gap
+
+SOME_LEFT = 0.08  # share of the gap that may not be left over if it is more than noise can be; chosen
+PREDICTABLE = 0.4  # share of such a rest that the flexible model predicts on held-out gaits; chosen
+# Share of the gap that may be left where it is partly explained: its causes close at least half (contract).
+MOST_LEFT_OVER = 0.5
+FAR_ABOVE = 20.0  # mean square of such a rest over the allowed one; chosen
+
+
+@dataclass(frozen=True, eq=False)
+class Facts:
+    """What the verdict is decided by.
+
+    Attributes:
+        gap: of the nominal robot.
+        explanation: whether the search found one.
+        rest: what it leaves over.
+        noisy: whether the encoders scatter more than they should.
+        in_scatter: the cause shows in how the readings scatter.
+        in_scatter_alone: the cause shows in how the readings scatter, and the joint angles are right in the mean.
+        floor_hides_gap: runs of the same motion are as far apart as they are off their prediction.
+        rest_held_out: what is left over in the runs that the user holds out, where it is a reason for a verdict.
+    """
+
+    gap: Gap
+    explanation: bool
+    rest: Rest
+    noisy: bool
+    in_scatter: bool
+    in_scatter_alone: bool
+    floor_hides_gap: bool
+    rest_held_out: Rest | None
+
+
+def decide(facts: Facts) -> Verdict:
+    """The verdict."""
+    if facts.in_scatter_alone:
+        return "explained" if facts.explanation else "unexplained"
+    if facts.rest_held_out is not None:
+        return _partly(facts, facts.rest_held_out) if facts.gap.any else "unexplained"
+    if not facts.gap.any:
+        if facts.floor_hides_gap:
+            return "unexplained"
+        return "explained" if facts.noisy else "no_gap"
+    if not facts.explanation or _too_much(facts.rest):
+        return _partly(facts, facts.rest)
+    return "explained"
+
+
+def _partly(facts: Facts, rest: Rest) -> Verdict:
+    """The verdict where too much is left over."""
+    enough = rest.share <= MOST_LEFT_OVER or facts.in_scatter  # what chance leaves over, no prediction closes
+    return "partly" if facts.explanation and enough else "unexplained"
+
+
+def _too_much(rest: Rest) -> bool:
+    """Whether a rest is so large that nothing is explained."""
+    if not rest.significant or rest.share <= SOME_LEFT:
+        return False
+    no_noise = rest.predictable > PREDICTABLE or rest.ratio > FAR_ABOVE or rest.gap.ground_significant
+    return rest.share > MUCH_LEFT or no_noise
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """The verdict, and what is told of the gap.
+
+    Attributes:
+        best: the explanation; the nominal robot if there is none.
+        predicted: the same on runs left out of its fit.
+        gap: of the nominal robot.
+        rest: what ``best`` leaves over.
+        runs: (indices) in which gap and rest are described.
+        place: those runs as the beginning of a sentence; empty for all.
+        noise: encoders that scatter more than they should.
+        warnings: what a user should know beside the verdict.
+    """
+
+    verdict: Verdict
+    best: Trial
+    predicted: Trial
+    gap: Gap
+    rest: Rest
+    runs: tuple[int, ...]
+    place: str
+    noise: EncoderScatter | None
+    warnings: tuple[str, ...]
+
+
+def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgement:
+    """Weigh the gap, what the best explanation leaves of it, and the runs that the user holds out."""
+    scoring, doubts = evidence.scoring, evidence.floor.doubts
+    warnings: list[str] = []
+    gap = gap_of(scoring, found.nominal.held_square)
+    noise = noisy_encoders(evidence.data, evidence.floor) if options.may_name(noise_effect().name) else None
+    if noise is not None and gap.ground_significant and not gap.significant.any():
+        # the motion over ground is told from the readings, and these shake: an effect of the body would be a guess
+        gap = replace(gap, ground_significant=False)
+        warnings.append("the encoders are too noisy to say anything about the motion over ground")
+    nothing = not gap.any and not found.seen_in_scatter
+    best, predicted = (found.nominal, found.nominal) if nothing else (found.best, found.predicted)
+    if found.untested and best.hypothesis.terms:
+        warnings.append(
+            f"{best.hypothesis} shows in one motion only, so nothing tests it: record another motion like it"
+        )
+    held_out = held_out_rest(evidence, found.nominal, best)
+    if held_out is not None and noise is not None and not held_out.gap.significant.any():
+        held_out = None
+    facts = Facts(
+        gap=gap,
+        explanation=bool(best.hypothesis.terms),
+        rest=rest_of(evidence, found.nominal, best),
+        noisy=noise is not None,
+        in_scatter=found.seen_in_scatter,
+        in_scatter_alone=found.seen_in_scatter and not gap.significant.any(),
+        floor_hides_gap=bool(doubts),
+        rest_held_out=held_out,
+    )
+    told = Judgement(
+        verdict=decide(facts),
+        best=best,
+        predicted=predicted,
+        gap=gap,
+        rest=facts.rest,
+        runs=tuple(range(len(evidence.data.runs))),
+        place="",
+        noise=noise,
+        warnings=tuple(warnings),
+    )
+    if told.verdict not in ("partly", "unexplained"):
+        return told
+    if not gap.any and doubts and not facts.in_scatter_alone:
+        hidden = hidden_gap(scoring, found.nominal.held_square, doubts)
+        rest = replace(facts.rest, share=1.0, gap=hidden)
+        return replace(told, gap=hidden, rest=rest, warnings=(*warnings, *doubts.values()))
+    if held_out is None or decide(replace(facts, rest_held_out=None)) in ("partly", "unexplained"):
+        return told
+    return _in_held_out_runs(evidence, told, held_out)
+
+
+def _in_held_out_runs(evidence: Evidence, told: Judgement, rest: Rest) -> Judgement:
+    """The judgement of an explanation that does not hold in the runs that the user holds out."""
+    runs = runs_with_gap(evidence, told.best)
+    place = f"in {', '.join(evidence.data.runs[i].name for i in runs)}, held out: "
+    if told.gap.any:
+        warning = f"{place}{rest.share:.0%} of the gap is left, so it is not fully explained"
+    else:
+        warning = (
+            f"{place}there is a gap, and none in the runs that may be fitted, so no cause can be named: fit such a "
+            "motion too"
+        )
+    gap = told.gap if told.gap.any else rest.gap
+    return replace(told, gap=gap, rest=rest, runs=runs, place=place, warnings=(*told.warnings, warning))

@@ -1,0 +1,54 @@
+"""Noisy encoders: the one cause that leaves no mark on the mean, found by how readings scatter from sample to
+sample.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from snakebot.diagnosis.evidence.data import Data
+from snakebot.diagnosis.evidence.floor import Floor
+from snakebot.effects.effect import Effect
+from snakebot.effects.registry import effects
+
+USUAL_SCATTER_RAD = np.radians(0.2)  # scatter that is taken for granted beside the encoder's counts
+OUTSTANDING = 4.0  # scatter of a joint over the median joint's, from which on it stands out; chosen
+
+
+@dataclass(frozen=True)
+class EncoderScatter:
+    """Joints (1-based) whose readings scatter more than an encoder's should, and by how much."""
+
+    joints: tuple[int, ...]
+    std_deg: float
+    ci95: tuple[float, float]
+
+
+def noise_effect() -> Effect:
+    """The effect that shows in the scatter of the readings alone."""
+    return next(e for e in effects().values() if e.stage == "sensor" and e.shows_in == {"scatter"})
+
+
+def noisy_encoders(data: Data, floor: Floor) -> EncoderScatter | None:
+    """None where the scatter is what one takes for granted."""
+    white = floor.white_rad
+    q = data.quantiser_rad
+    middle = float(np.median(white))
+    loud: list[int] = [
+        j
+        for j, w in enumerate(white)
+        if w > max(USUAL_SCATTER_RAD, 4 * q)
+        or (white.size >= 3 and w > max(OUTSTANDING * middle, 0.5 * USUAL_SCATTER_RAD, 4 * q))
+    ]
+    if not loud:
+        return None
+    std = float(np.sqrt(max(float(np.mean(np.square(white[loud]))) - q * q, 0.0)))
+    samples = sum(int(run.use[:, j].sum()) for run in data.runs for j in loud)
+    # third differences share their noise, and the estimate itself is rough
+    relative = float(1.96 * np.sqrt(2.5 / max(samples, 1)) + 0.02)
+    degrees = float(np.degrees(std))
+    return EncoderScatter(
+        tuple(j + 1 for j in loud), degrees, (degrees * (1 - relative), degrees * (1 + relative))
+    )

@@ -1,0 +1,134 @@
+"""How sure: from how far an explanation leads and how little it leaves over to a calibrated probability.
+
+The shape of the rule is fixed here, its numbers come from ``calibration.json``, which
+``tools/blind/calibrate`` or ``tools/calibrate_diagnosis`` writes from simulated sessions with known causes (the command
+and the seeds stand in the file).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from snakebot.arrays import Floats
+from snakebot.diagnosis.result import Cause, RankingEntry
+
+CALIBRATION_FILE = Path(__file__).parents[1] / "calibration.json"
+SCHEMA = "snakebot.calibration/1"
+
+# Probabilities that are never exceeded; chosen: hundreds of cases, not thousands, stand behind them.
+HIGHEST, LOWEST = 0.99, 0.01
+MOST_OF_ONE_MOTION = 0.5  # highest probability where nothing could be held out: a guess; chosen
+# Mean square left over the allowed one, above which a probability is at most ``MOST_BESIDE_REST``; chosen.
+LARGE_REST = 100.0
+MOST_BESIDE_REST = 0.6  # highest probability of a cause beside such a rest; chosen
+MOST_WHERE_GUESSED = 0.8  # highest probability where part of the set-points is guessed (slow logs); chosen
+# Highest probability of a cause that leaves the gap unexplained: more would contradict the verdict.
+MOST_UNEXPLAINED = 0.5
+SCORE_SCALE = 0.02  # held-out score by which odds fall to 1/e: 4 % of the mean square; chosen
+FEATURES = ("lead", "rest", "closed", "rivals", "motions", "explained")
+
+
+@dataclass(frozen=True)
+class CauseFeatures:
+    """What a probability is made of, for one cause.
+
+    Attributes:
+        lead: held-out score by which the group leads the best explanation outside it.
+        rest: mean square that is left on the blocks it touches, over what noise and tolerance allow.
+        closed: share of the gap that is closed there.
+        rivals: how many effects are in the group beside it.
+        motions: different motions in the session; 1 where only one shows the cause.
+        explained: whether all causes together leave too little over to speak of.
+    """
+
+    lead: float
+    rest: float
+    closed: float
+    rivals: int
+    motions: int
+    explained: bool
+
+    def vector(self) -> Floats:
+        """(F,) in the order of ``FEATURES``, each of order one."""
+        return np.array(
+            [
+                np.log1p(max(self.lead, 0.0) / 0.02) / 3,
+                np.log1p(max(self.rest, 0.0)) / 2,
+                min(max(self.closed, 0.0), 1.0),
+                float(min(self.rivals, 3)),
+                np.log(max(self.motions, 1)),
+                float(self.explained),
+            ]
+        )
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Weights of a logistic rule over ``FEATURES``, and how sure to be of a verdict."""
+
+    intercept: float
+    weights: tuple[float, ...]
+    command: str
+    cases: int
+
+
+@cache
+def calibration(path: Path = CALIBRATION_FILE) -> Calibration:
+    """The calibration that comes with snakebot.
+
+    Raises:
+        ValueError: the file is of another schema.
+    """
+    data = json.loads(path.read_text(encoding="utf-8"))
+    if data.get("schema") != SCHEMA or tuple(data["features"]) != FEATURES:
+        raise ValueError(f"{path}: not a calibration of this version")
+    return Calibration(
+        float(data["intercept"]),
+        tuple(float(w) for w in data["weights"]),
+        str(data["command"]),
+        int(data["cases"]),
+    )
+
+
+def probability(features: CauseFeatures) -> float:
+    """Probability that the group holds the cause."""
+    rule = calibration()
+    x = rule.intercept + float(np.dot(rule.weights, features.vector()))
+    p = float(np.clip(1 / (1 + np.exp(-x)), LOWEST, HIGHEST))
+    if features.rest > LARGE_REST:
+        p = min(p, MOST_BESIDE_REST)
+    return min(p, MOST_OF_ONE_MOTION) if features.motions < 2 else p
+
+
+def shared(group: float, scores: Sequence[float]) -> list[float]:
+    """Share a group's probability among its members, by how their held-out scores compare."""
+    s = np.array(scores, dtype=np.float64)
+    weight = np.exp((s - s.max()) / SCORE_SCALE)
+    return [float(group * w) for w in weight / weight.sum()]
+
+
+def beside(best: float, score: float, scores: Sequence[float], most: float) -> list[float]:
+    """Probabilities of explanations that lost against one of probability ``best`` and held-out ``score``: none above
+    it, the less the lower their ``scores``, ``most`` in all.
+    """
+    s = np.array(scores, dtype=np.float64)
+    likely = best * np.exp(np.minimum(s - score, 0.0) / SCORE_SCALE)
+    return [float(p) for p in likely * min(1.0, most / max(float(likely.sum()), 1e-300))]
+
+
+def at_most(causes: Sequence[Cause], most: float = MOST_WHERE_GUESSED) -> list[Cause]:
+    """The causes with no probability above ``most``."""
+    return [c.model_copy(update={"probability": min(c.probability, most)}) for c in causes]
+
+
+def ranking_at_most(
+    ranking: Sequence[RankingEntry], most: float = MOST_WHERE_GUESSED
+) -> tuple[RankingEntry, ...]:
+    """The same of the ranking."""
+    return tuple(r.model_copy(update={"probability": min(r.probability, most)}) for r in ranking)

@@ -1,0 +1,157 @@
+"""What a simulation promises of a gait, with an interval, and how it is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import degrees
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from snakebot.arrays import Floats
+from snakebot.cluster import Workers
+from snakebot.effects import EffectSpec
+from snakebot.gait import Gait
+from snakebot.optimise.outcomes import Outcomes, Progress, Simulator
+from snakebot.optimise.posterior import draws, interval
+from snakebot.optimise.search import GRID
+from snakebot.optimise.shape import Amplitudes
+from snakebot.optimise.space import Space
+
+if TYPE_CHECKING:
+    from snakebot.robot import Robot
+
+DRAWS = 40  # robots behind an interval; chosen
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to choose.
+
+    Attributes:
+        within: ranges of alpha and beta in deg and omega in rad/s, see ``space.WITHIN``.
+        faults: effects of broken joints, part of every simulation.
+        margin: share of each servo's torque to be left, where its limit is known.
+        torque_nm: that limit, where the description does not say.
+        robust: the best worst case instead of the best promise.
+        draws: robots behind the intervals; 0: no interval.
+        grid: alphas, betas and omegas of the first look.
+        amplitudes: of the joints: all equal, a taper from tail to head, or each its own (``shape``).
+    """
+
+    within: Mapping[str, tuple[float, float]] | None = None
+    faults: tuple[EffectSpec, ...] = ()
+    margin: float = 0.1
+    torque_nm: float | None = None
+    robust: bool = False
+    draws: int = DRAWS
+    seed: int = 0
+    grid: tuple[int, int, int] = GRID
+    amplitudes: Amplitudes = "equal"
+
+
+@dataclass(frozen=True)
+class Promise:
+    """A gait, and what the simulation says of it. Intervals are of 95 %."""
+
+    what: str
+    alpha_deg: float
+    beta_deg: float
+    omega_rad_s: float
+    speed_m_s: float
+    power_w: float
+    cost_of_transport: float
+    torque_nm: float
+    turn_deg: float  # a cycle
+    binds: tuple[str, ...]
+    speed_ci95: tuple[float, float] | None = None
+    power_ci95: tuple[float, float] | None = None
+    speed_worst_m_s: float | None = None  # of the draws
+    power_worst_w: float | None = None
+    amplitudes: tuple[float, ...] = ()  # shares of alpha, a joint each; none: equal
+
+    @property
+    def gait(self) -> Gait:
+        return Gait.from_degrees(self.alpha_deg, self.beta_deg, self.omega_rad_s, shares=self.amplitudes)
+
+    @property
+    def row(self) -> Floats:
+        """The gait as a simulator takes it."""
+        return row_of(self.gait)
+
+
+def promises(
+    robot: Robot,
+    gaits: Sequence[tuple[str, Floats]],
+    options: Options,
+    progress: Progress | None = None,
+    workers: Workers | None = None,
+) -> list[Promise]:
+    """What the simulation says of gaits, each with what it is called, with intervals.
+
+    A gait is (3,) in rad and rad/s, or (3 + joints,) with each joint's share of alpha.
+    """
+    if not gaits:
+        return []
+    if any(len(gait) > 3 for _, gait in gaits):
+        ones = np.ones(robot.joints)
+        gaits = [(what, gait if len(gait) > 3 else np.append(gait, ones)) for what, gait in gaits]
+    space = Space.of(robot, options.within, margin=options.margin, torque_given=options.torque_nm is not None)
+    table = np.array([gait for _, gait in gaits])
+    outcomes = Simulator(
+        [(robot, options.faults)], torque_nm=options.torque_nm, progress=progress, workers=workers
+    )(table)
+    many = None
+    if options.draws:
+        many = Simulator(
+            drawn(robot, options), torque_nm=options.torque_nm, progress=progress, workers=workers
+        )(table)
+    extra = robot.tolerance.speed_m_s or 0.0
+    return [
+        promise_of(what, gait, outcomes, i, space, many, extra, options.seed)
+        for i, (what, gait) in enumerate(gaits)
+    ]
+
+
+def drawn(robot: Robot, options: Options) -> list[tuple[Robot, tuple[EffectSpec, ...]]]:
+    """Robots as the description may mean, broken as asked for."""
+    made = draws(robot, options.draws, options.seed)
+    return [(one, (*own, *options.faults)) for one, own in made]
+
+
+def promise_of(
+    what: str,
+    gait: Floats,
+    outcomes: Outcomes,
+    at: int,
+    space: Space,
+    many: Outcomes | None = None,
+    extra_m_s: float = 0.0,
+    seed: int = 0,
+) -> Promise:
+    """The promise of the gait that stands ``at`` a place of ``outcomes``; intervals from those of ``many`` robots."""
+    speed, power = float(outcomes.speed_m_s[0, at]), float(outcomes.power_in_w[0, at])
+    alpha, beta, omega = (float(v) for v in gait[:3])
+    promise = Promise(
+        what, degrees(alpha), degrees(beta), omega, speed, power, float(outcomes.transport()[0, at]),
+        float(outcomes.torque_nm[0, at]), degrees(outcomes.turn_rad[0, at]),
+        tuple(space.binds(gait, float(outcomes.torque_use[0, at]))),
+        amplitudes=tuple(round(float(share), 4) for share in gait[3:]) if np.any(gait[3:] != 1) else (),
+    )  # fmt: skip
+    if many is None:
+        return promise
+    return Promise(
+        **{
+            **vars(promise),
+            "speed_ci95": interval(many.speed_m_s[:, at], extra_m_s, seed),
+            "power_ci95": interval(many.power_in_w[:, at], 0.0),
+            "speed_worst_m_s": float(many.speed_m_s[:, at].min()),
+            "power_worst_w": float(many.power_in_w[:, at].max()),
+        }
+    )
+
+
+def row_of(gait: Gait) -> Floats:
+    """A gait as a simulator takes it: (3,) or (3 + joints,)."""
+    return np.array([gait.alpha_rad, gait.beta_rad, gait.omega_rad_s, *gait.shares])

@@ -1,0 +1,130 @@
+"""Servos that do not feel each other: whole runs at once, compiled, joint by joint, each by a clock of its own.
+
+Joints that share no body need no common time: each steps from set-point to set-point, or on a fine grid only where its
+own closed forms do not hold over a whole set-point. First-order ones have a loop of their own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from snakebot.physics import servo_layout as layout
+from snakebot.physics.compiled import jit
+from snakebot.physics.servo import is_free, servo_step
+from snakebot.physics.servo_chain import TIME_GRAIN_S, end_of_step, interpolate, plain
+from snakebot.physics.servo_first_order import is_first_order, run_first_order
+from snakebot.physics.servo_layout import OUTPUT, PARAMETERS, SOURCE, STATES, Rows
+
+Vector = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+_NO_ROWS = np.zeros((0, 0))
+_NO_LOAD = np.zeros(0)
+
+
+def run_apart(
+    params: Rows,
+    angle_rad: Vector,
+    joints: Ints,
+    t_s: Sequence[Vector],
+    switch_s: Sequence[Vector],
+    setpoint_rad: Sequence[Vector],
+    *,
+    grid_s: float,
+    late_s: Vector | None = None,
+    load_nm: Sequence[Vector] | None = None,
+    known_rad: Sequence[Vector | None] | None = None,
+) -> tuple[list[Vector], list[Vector]]:
+    """Joint angles (T, joints) of each run, and the torques that the servos felt; NaN for joints not asked for.
+
+    All runs are one call of the compiled loop: a session may have a hundred of a second each.
+
+    Args:
+        params: (joints, PARAMETERS) of ``servo_layout``.
+        angle_rad: (runs, joints) at the first time, at rest.
+        joints: 0-based, those that are asked for.
+        t_s: (T,) times of each run, not falling; what sags with time does so from the first on.
+        switch_s: (M,) of each run, rising: when each set-point comes into force.
+        setpoint_rad: (M, joints) of each run.
+        grid_s: longest step of servos whose closed forms do not hold over a whole set-point.
+        late_s: (joints,) how much later than ``switch_s`` the set-points of each joint's source come into force.
+        load_nm: (T, joints) of each run, torques on the servos that are known.
+        known_rad: (T, joints) of runs in which an unpowered joint takes these angles where they are not NaN.
+    """
+    k = params.shape[0]
+    ends = np.cumsum([t.size for t in t_s])
+    known = _NO_ROWS
+    if known_rad is not None and any(table is not None for table in known_rad):
+        known = np.concatenate(
+            [np.full((t.size, k), np.nan) if a is None else a for t, a in zip(t_s, known_rad, strict=True)]
+        )
+    angle, felt = np.full((ends[-1], k), np.nan), np.full((ends[-1], k), np.nan)
+    _run_apart(
+        plain(params), layout.state_at_rest(angle_rad.ravel()).reshape(-1, k, STATES),
+        layout.holding_setpoint_rad(params, angle_rad), layout.fine_joints(params), joints,
+        ends, plain(np.concatenate(t_s)), np.cumsum([t.size for t in switch_s]), plain(np.concatenate(switch_s)),
+        plain(np.concatenate(setpoint_rad)), grid_s, np.zeros(k) if late_s is None else plain(late_s),
+        _NO_ROWS if load_nm is None else plain(np.concatenate(load_nm)), plain(known), angle, felt,
+    )  # fmt: skip
+    return np.split(angle, ends[:-1]), np.split(felt, ends[:-1])
+
+
+@jit
+def _run_apart(
+    params: Any, states: Any, holding: Any, fine: Any, joints: Any, ends: Any, t_all: Any, switch_ends: Any,
+    switch_t_all: Any, switch_u_all: Any, grid: float, late: Any, load_given: Any, known: Any, out_angle: Any,
+    out_load: Any,
+) -> None:  # fmt: skip
+    p, s = np.empty((1, PARAMETERS)), np.empty((1, STATES))
+    setpoint, load = np.empty(1), np.empty(1)
+    loaded = load_given.shape[0] > 0
+    first, first_switch = 0, 0
+    for run in range(ends.size):
+        t_out = t_all[first : ends[run]]
+        switch_t = switch_t_all[first_switch : switch_ends[run]]
+        switch_u = switch_u_all[first_switch : switch_ends[run]]
+        torque = np.empty((t_out.size if loaded else 0, 1))
+        own_t = np.empty(t_out.size)
+        for j in joints:
+            source = int(params[j, SOURCE])
+            wanted = switch_u[:, source]
+            if is_first_order(params[j]) and not np.isnan(wanted).any():
+                run_first_order(
+                    params[j], states[run, j, OUTPUT], holding[run, source], grid if fine[j] else math.inf,
+                    late[source], t_out, load_given[first : ends[run], j] if loaded else _NO_LOAD, switch_t, wanted,
+                    out_angle[first : ends[run], j], out_load[first : ends[run], j],
+                )  # fmt: skip
+                continue
+            p[0], s[0] = params[j], states[run, j]
+            p[0, SOURCE] = 0.0
+            setpoint[0], load[0] = holding[run, source], 0.0
+            for row in range(t_out.size):
+                own_t[row] = t_out[row] - late[source]
+            for row in range(torque.shape[0]):
+                torque[row, 0] = load_given[first + row, j]
+            now, start = own_t[0], own_t[0]
+            coming, at, steps = 0, 0, 0.0
+            for row in range(own_t.size):
+                while True:
+                    while coming < switch_t.size and switch_t[coming] <= now + TIME_GRAIN_S:
+                        setpoint[0] = switch_u[coming, source]
+                        coming += 1
+                    if own_t[row] <= now + TIME_GRAIN_S:
+                        break
+                    mark = start + (steps + 1.0) * grid if fine[j] else math.inf
+                    until, tick = end_of_step(own_t[row], switch_t, coming, mark)
+                    if loaded:
+                        at = interpolate(own_t, torque, 0.5 * (now + until), at, load)
+                    servo_step(s, p, setpoint, load, now - start, until - now)
+                    now = until
+                    if tick:
+                        steps += 1.0
+                if known.shape[0] > 0 and is_free(p, setpoint, 0) and not math.isnan(known[first + row, j]):
+                    s[0, OUTPUT] = known[first + row, j]
+                out_angle[first + row, j] = s[0, OUTPUT]
+                out_load[first + row, j] = load[0]
+        first, first_switch = ends[run], switch_ends[run]

@@ -1,0 +1,61 @@
+"""A set-point taken by a board that nobody hears, just before a real one is due.
+
+What a processor has not run for some milliseconds is no longer in its caches, and Python is a lot of code: the first
+answer after a pause takes two to three times as long as the next one. The microcontroller of a real board knows no
+such pause. So the simulated one does just before what it will have to do: same code, other data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+from firmware_protocol.assembly import SEQUENCE_MASK, setpoint_frames
+from firmware_protocol.catalogue import Mode, ModeRequest, encode
+from firmware_protocol.framing import StreamDecoder, pack_all
+from snakebot.robot import Robot
+from snakebot.softboard.board import SoftBoard
+
+_INTERVAL_S = 0.01  # of set-points: the default rate of a run
+_HOST = 1  # any number but zero
+
+
+class Rehearsal:
+    """The way of a set-point from bytes to bytes, as often as wanted; nothing of it can be seen."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._board = SoftBoard(robot, plant=_Still(robot.joints))
+        self._decoder = StreamDecoder()
+        self._raw = [0] * robot.joints
+        self._ticks = 0
+        self._board.receive(encode(ModeRequest(0, Mode.ARMED, _HOST)), 0.0)
+
+    def once(self) -> int:
+        """Take one set-point; the number of bytes of the answer."""
+        self._ticks += 1
+        now_s = self._ticks * _INTERVAL_S
+        frames = setpoint_frames(self._ticks & SEQUENCE_MASK, self._raw, _INTERVAL_S)
+        for frame in self._decoder.feed(pack_all(frames)):
+            self._board.receive(frame, now_s)
+        return len(pack_all(self._board.advance(now_s)))
+
+
+class _Still:
+    """Joints that stay where they are; with a pose, as that is part of an answer."""
+
+    clock_ppm = 0.0
+
+    def __init__(self, joints: int) -> None:
+        self._counts = [0] * joints
+
+    def command(self, t_s: float, setpoint_rad: Sequence[float]) -> None: ...
+
+    def set_joint_mode(self, joint: int, mode: Literal["active", "free"], /) -> None: ...
+
+    def advance(self, t_s: float) -> None: ...
+
+    def encoder_counts(self) -> list[int]:
+        return self._counts
+
+    def pose(self) -> tuple[float, float, float, float]:
+        return 0.0, 0.0, 0.0, 0.0

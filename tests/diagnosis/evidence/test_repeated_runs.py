@@ -1,0 +1,208 @@
+"""What repeats differ by: how they are aligned, and what of it is noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sessions import bench, make_run
+
+from snakebot.diagnosis import diagnose
+from snakebot.diagnosis.evidence.data import prepare
+from snakebot.diagnosis.evidence.floor import Floor
+from snakebot.diagnosis.evidence.gap import gap_of
+from snakebot.diagnosis.evidence.gather import gather
+from snakebot.diagnosis.evidence.sanity import check_session
+from snakebot.diagnosis.fit.trial import nominal_trial
+from snakebot.effects import EffectSpec, Plant
+from snakebot.runlog import Run, Session
+from snakebot.runlog.matching.motion import CommandedMotion, Match, same_motion
+
+ROBOT = bench()
+GAITS = ((40, 80, 2.0), (30, 80, 3.0), (20, 80, 1.0))
+
+
+def align(t_s: np.ndarray, told: np.ndarray, other_t_s: np.ndarray, other: np.ndarray) -> Match | None:
+    return same_motion(CommandedMotion(t_s, told), CommandedMotion(other_t_s, other), claimed=True)
+
+
+def runs_of(*effects: Sequence[str]) -> list[Run]:
+    """A run each gait and the first one again, each under effects of its own."""
+    gaits = (*GAITS, GAITS[0])
+    made = [
+        make_run(ROBOT, specs, gait, f"run_{i + 1:02d}", seed=i, duration_s=8.0)
+        for i, (gait, specs) in enumerate(zip(gaits, effects, strict=True))
+    ]
+    return [*made[:-1], replace(made[-1], repeat_of="run_01")]
+
+
+def cut(run: Run, first: int) -> Run:
+    return replace(
+        run, t_s=run.t_s[first:], command_rad=run.command_rad[first:], measured_rad=run.measured_rad[first:]
+    )
+
+
+def floor_of(runs: Sequence[Run]) -> Floor:
+    return gather(prepare(Session(ROBOT, tuple(runs)))).floor
+
+
+def gap_joints(runs: Sequence[Run]) -> list[int]:
+    evidence = gather(prepare(Session(ROBOT, tuple(runs))))
+    gap = gap_of(evidence.scoring, nominal_trial(evidence).held_square)
+    return [int(j) + 1 for j in np.flatnonzero(gap.significant)]
+
+
+@pytest.mark.parametrize("late", [0.4, 0.1, 0.003, 2.0])
+def test_a_log_that_begins_later_is_found_in_the_other(late: float) -> None:
+    t = np.arange(0, 10, 0.01)
+
+    def wave(t_s: np.ndarray) -> np.ndarray:
+        return np.column_stack([np.sin(2 * t_s) * (1 - np.exp(-t_s)), np.cos(2 * t_s) * (1 - np.exp(-t_s))])
+
+    found = align(t, wave(t), t, wave(t + late))
+    assert found is not None
+    assert found.shift_s == pytest.approx(-late, abs=2e-4)
+
+
+def test_equal_commands_are_not_shifted_and_other_ones_do_not_align() -> None:
+    a, other = (make_run(ROBOT, (), gait, "a", duration_s=8.0) for gait in GAITS[:2])
+    found = align(a.t_s, a.command_rad, a.t_s, a.command_rad)
+    assert found is not None
+    assert found.shift_s == 0.0
+    assert found.same.all()
+    assert align(a.t_s, a.command_rad, other.t_s, other.command_rad) is None
+    assert align(a.t_s, a.command_rad, a.t_s, 0.8 * a.command_rad) is None
+
+
+def test_steps_of_another_height_are_another_motion() -> None:
+    t = np.arange(0, 4, 0.02)
+    low, high = (np.where(t > 2.5, height, 0.0)[:, None] for height in (0.3, 0.5))
+    assert align(t, low, t, high) is None
+    assert align(t, low, t, np.roll(low, 1, axis=0)) is not None
+
+
+def test_a_gap_is_no_noise_because_the_repeats_log_began_later() -> None:
+    slow = ["rate_limit:limit_rad_s=0.5"]
+    runs = runs_of(slow, slow, slow, slow)
+    runs[-1] = cut(runs[-1], 40)
+    floor = floor_of(runs)
+    assert np.degrees(floor.rad) == pytest.approx([0.05, 0.05], abs=0.02)
+    assert floor.pairs == 1
+    assert not floor.warnings
+    assert gap_joints(runs) == [1, 2]
+
+
+def test_a_repeat_of_another_gait_is_none_and_a_warning_names_both() -> None:
+    runs = runs_of((), (), (), ())
+    runs[1] = replace(runs[1], repeat_of="run_01")
+    data = prepare(Session(ROBOT, tuple(runs)))
+    assert [run.motion for run in data.runs] == [0, 1, 2, 0]
+    assert floor_of(runs).pairs == 1
+    (warning,) = check_session(Session(ROBOT, tuple(runs)))
+    assert warning.startswith("run_02 is marked as a repeat of run_01, but its commands are others")
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        "servo_offset:offset_deg=8,joints=2",
+        "rate_limit:limit_rad_s=0.5,joints=2",
+        "joint_rigid:angle_deg=5,joints=2",
+    ],
+)
+def test_a_joint_that_changed_before_the_repeat_is_not_noisy(effect: str) -> None:
+    runs = runs_of((), (), (), [effect])
+    floor = floor_of(runs)
+    assert np.degrees(floor.rad) == pytest.approx([0.05, 0.05], abs=0.02)
+    (warning,) = floor.warnings
+    assert "joint 2 moves otherwise in run_04 than in the same motion in run_01" in warning
+    assert gap_joints(runs) == [2]
+
+
+def test_a_joint_that_was_stuck_all_along_but_in_the_first_run_has_a_gap() -> None:
+    stuck = ["joint_rigid:angle_deg=5,joints=2"]
+    assert gap_joints(runs_of((), stuck, stuck, stuck)) == [2]
+
+
+def test_what_broke_in_mid_run_hides_nothing() -> None:
+    runs = runs_of((), (), (), ())
+    broken = runs[-1].measured_rad.copy()
+    broken[450:, 1] = broken[450, 1]
+    runs[-1] = replace(runs[-1], measured_rad=broken)
+    found = diagnose(Session(ROBOT, tuple(runs)), quick=True)
+    assert found.verdict == "unexplained"
+    assert found.where.joints == (2,)
+    still, repeats = found.warnings[:2]
+    assert still.startswith("run_04: from 4.5 to 8.0 s joint 2 is told to move by")
+    assert repeats.startswith("joint 2: run_04 and run_01, the same motion, are")
+    assert found.closure.joint_angle.reason is not None
+    assert "no gap" not in found.closure.joint_angle.reason
+
+
+def test_of_three_repeats_the_two_that_agree_tell_the_noise() -> None:
+    runs = runs_of((), (), (), ["servo_offset:offset_deg=4,joints=1"])
+    runs.append(replace(make_run(ROBOT, (), GAITS[0], "run_05", seed=9, duration_s=8.0), repeat_of="run_01"))
+    floor = floor_of(runs)
+    assert np.degrees(floor.repeat_rad) == pytest.approx([0.05, 0.05], abs=0.02)
+    assert floor.like == {(0, 4)}
+    assert len(floor.warnings) == 2
+
+
+def test_a_joint_that_sticks_elsewhere_at_each_turn_is_noisy_and_has_not_changed() -> None:
+    runs = []
+    for i, run in enumerate(runs_of((), (), (), ())):
+        rng = np.random.default_rng(i)
+        turns = np.cumsum(
+            np.diff(np.sign(np.gradient(run.command_rad, axis=0)), axis=0, prepend=0.0) != 0, axis=0
+        )
+        stuck = np.radians(0.8) * rng.normal(size=(turns.max() + 1, 2))
+        runs.append(replace(run, measured_rad=run.measured_rad + np.take_along_axis(stuck, turns, axis=0)))
+    floor = floor_of(runs)
+    assert not floor.warnings
+    assert not floor.doubts
+    assert (np.degrees(floor.rad) > 0.4).all()
+    assert gap_joints(runs) == []
+
+
+def test_chance_is_noise() -> None:
+    """Set-points lost at random: repeats differ by many times the readings' noise, and by no plan."""
+    runs = []
+    for i, gait in enumerate((*GAITS, GAITS[0])):
+        whole = make_run(ROBOT, (), gait, f"run_{i + 1:02d}", seed=i, duration_s=8.0)
+        plant = Plant(ROBOT, [EffectSpec("command_loss", {"probability": 0.6})], seed=i)
+        read = np.empty_like(whole.measured_rad)
+        for n, now in enumerate(whole.t_s):
+            plant.advance(float(now))
+            read[n] = plant.encoder_rad()
+            plant.command(float(now), whole.command_rad[n])
+        noise = np.radians(0.05) * np.random.default_rng(i).normal(size=read.shape)
+        runs.append(replace(whole, measured_rad=read + noise))
+    floor = floor_of([*runs[:-1], replace(runs[-1], repeat_of="run_01")])
+    assert not floor.warnings
+    assert (floor.repeat_rad > 4 * floor.white_rad).all()
+
+
+def test_a_servo_that_reads_a_sample_late_is_no_other_robot() -> None:
+    runs = runs_of((), (), (), ())
+    late = runs[-1].measured_rad.copy()
+    late[1:] = late[:-1]
+    floor = floor_of([*runs[:-1], replace(runs[-1], measured_rad=late)])
+    assert not floor.warnings
+
+
+def test_where_a_joint_sticks_in_one_stroke_says_nothing_of_the_next() -> None:
+    """A slow run turns twice: three strokes, each off by an amount of its own, foretell nothing."""
+    slow = (40, 80, 0.8)
+    runs = [
+        make_run(ROBOT, (), gait, f"run_{i + 1:02d}", seed=i, duration_s=8.0)
+        for i, gait in enumerate((slow, *GAITS[1:], slow))
+    ]
+    turns = np.cumsum(
+        np.diff(np.sign(np.gradient(runs[-1].command_rad, axis=0)), axis=0, prepend=0.0) != 0, axis=0
+    )
+    stuck = np.radians([[0.0], [0.9], [-1.0], [0.8], [0.9]])
+    off = np.take_along_axis(np.repeat(stuck, 2, axis=1), turns, axis=0)
+    runs[-1] = replace(runs[-1], measured_rad=runs[-1].measured_rad + off, repeat_of="run_01")
+    assert not floor_of(runs).warnings

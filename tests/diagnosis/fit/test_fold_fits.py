@@ -1,0 +1,97 @@
+"""No run is predicted from itself: what a fold says nothing of is absent there, and a cause seen once is untested."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sessions import bench, make_session, snake
+
+from snakebot.diagnosis import diagnose
+from snakebot.diagnosis.evidence.data import prepare
+from snakebot.diagnosis.evidence.gather import Evidence, gather
+from snakebot.diagnosis.fit.fit_runs import fit_runs
+from snakebot.diagnosis.fit.fold_fits import FOLD_STEPS
+from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.show.words import headline
+from snakebot.robot import Robot
+from snakebot.runlog import Run, Session
+
+ONE_FAST = ((30, 80, 1.0), (40, 80, 4.0), (20, 80, 0.5))
+
+
+def tried(robot: Robot, effect: str, term: Term, start: float, **options: object) -> tuple[Evidence, Trial]:
+    """One explanation with one parameter, cross-validated on a session that has it."""
+    evidence = gather(prepare(make_session(robot, [effect], **options)))  # type: ignore[arg-type]
+    return evidence, run_trial(evidence, Hypothesis((term,)), [np.array([start])])
+
+
+@pytest.fixture(scope="module")
+def seen_once() -> Session:
+    return make_session(bench(), ["rate_limit:limit_rad_s=1.5"], gaits=ONE_FAST)
+
+
+def test_a_limit_that_one_run_reaches_is_absent_where_that_run_is_left_out() -> None:
+    evidence, trial = tried(
+        bench(1), "rate_limit:limit_rad_s=1.5", Term("rate_limit", None), 1.3, gaits=ONE_FAST
+    )
+    (fast,) = (i for i, run in enumerate(evidence.data.runs) if run.name == "run_02.csv")
+    assert trial.theta == pytest.approx([1.5], rel=1e-3)
+    assert np.isnan(trial.run_theta[fast]).all()
+    assert trial.readings[fast] == pytest.approx(evidence.predictor.nominal[fast], abs=1e-12)
+    mine = evidence.scoring.run == fast
+    assert trial.held_square[mine].mean() > 100 * trial.fitted_square[mine].mean()
+    others = [theta for i, theta in enumerate(trial.run_theta) if i != fast]
+    assert np.concatenate(others) == pytest.approx(1.5, rel=1e-3)
+
+
+def test_where_every_fold_sees_a_parameter_its_fit_stands() -> None:
+    evidence, trial = tried(bench(1), "rate_limit:limit_rad_s=0.3", Term("rate_limit", None), 0.3)
+    for fold in evidence.split.folds:
+        fit = fit_runs(evidence, trial.hypothesis, [trial.theta], fold.fit, FOLD_STEPS)
+        assert all(np.array_equal(trial.run_theta[i], fit.theta) for i in fold.score)
+
+
+def test_the_same_where_the_whole_body_is_simulated() -> None:
+    gaits = ((4, 80, 0.4), (66, 80, 4.0), (4, 60, 0.5))
+    term = Term("torque_limit", None)
+    _, trial = tried(snake(), "torque_limit:limit_nm=2.5", term, 2.5, gaits=gaits, duration_s=3.0)
+    assert [bool(np.isnan(theta).any()) for theta in trial.run_theta] == [False, True, False, False]
+
+
+def test_a_dead_band_that_swallows_whole_runs_is_there_but_its_width_is_not_known() -> None:
+    gaits = ((4, 80, 2.0), (40, 80, 2.0), (5, 60, 1.0))
+    term = Term("deadband", None, (("hard", 0.0),))
+    _, trial = tried(bench(1), "deadband:width_deg=8", term, 8.0, gaits=gaits)
+    assert trial.theta == pytest.approx([8.0], abs=0.05)
+    assert (
+        4.0 < trial.run_theta[1][0] < 6.0
+    )  # what keeps 5 deg still; not the 8 that only the run left out tells
+
+
+def test_a_body_effect_is_absent_where_no_other_run_has_a_pose() -> None:
+    session = make_session(snake(), ["ground_friction:ct_scale=3"], pose=True, duration_s=4.0)
+    runs = [run if run.name == "run_02.csv" else _blindfold(run) for run in session.runs]
+    evidence = gather(prepare(Session(session.robot, tuple(runs))))
+    fixed = tuple((f"{name}_scale", 1.0) for name in ("cn", "ct0", "cn0"))
+    hypothesis = Hypothesis((Term("ground_friction", None, fixed),))
+    trial = run_trial(evidence, hypothesis, [np.array([2.0])])
+    assert [bool(np.isnan(theta).any()) for theta in trial.run_theta] == [False, True, False, False]
+
+
+def _blindfold(run: Run) -> Run:
+    return replace(run, pose=None)
+
+
+def test_a_cause_that_one_motion_shows_is_a_guess_and_not_closed(seen_once: Session) -> None:
+    found = diagnose(seen_once, quick=True)
+    assert [cause.effect for cause in found.causes] == ["rate_limit"]
+    (cause,) = found.causes
+    assert cause.parameters["limit_rad_s"].estimate == pytest.approx(1.5, rel=0.01)
+    assert cause.probability <= 0.5
+    assert cause.closure_alone == pytest.approx(0.0, abs=0.01)
+    assert found.closure.joint_angle.closed == pytest.approx(0.0, abs=0.01)
+    assert any("shows in one motion only, so nothing tests it" in warning for warning in found.warnings)
+    assert headline(found).startswith("Explained (a guess): No joint can turn faster than 1.50 rad/s")

@@ -1,0 +1,38 @@
+"""Lost set-points in the place of what stood for them: that does not stay beside them as a cause that does nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+from sessions import bench, make_session
+
+from snakebot.diagnosis.evidence.data import prepare
+from snakebot.diagnosis.evidence.gather import gather
+from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.fit.trial import against_nominal, trial_at
+from snakebot.diagnosis.search.library import usable_effects
+from snakebot.diagnosis.search.random_loss import with_random_loss
+from snakebot.diagnosis.search.search import SearchResult
+
+DEAD_BAND = Term("deadband", None, (("hard", 0.0),))
+
+
+def test_a_dead_band_that_only_stood_for_the_loss_goes() -> None:
+    session = make_session(bench(3), ["command_loss:probability=0.6"])
+    nominal, evidence = against_nominal(gather(prepare(session)))
+    best = trial_at(evidence, Hypothesis((DEAD_BAND,)), np.array([0.4]))
+    found = SearchResult(evidence, nominal, best, best, singles=(best,), rivals=((),), path=(nominal, best))
+    library = usable_effects(evidence.data, over_ground=False)
+    after = with_random_loss(evidence, library, found, quick=True)
+    assert after.best.hypothesis.names == ("command_loss",)
+    assert len(after.rivals) == 1
+    assert after.path[0] is nominal
+
+
+def test_what_is_there_beside_the_loss_stays() -> None:
+    session = make_session(bench(3), ["command_loss:probability=0.6", "servo_offset:offset_deg=3"])
+    nominal, evidence = against_nominal(gather(prepare(session)))
+    best = trial_at(evidence, Hypothesis((Term("servo_offset", None), DEAD_BAND)), np.array([3.0, 0.4]))
+    found = SearchResult(evidence, nominal, best, best, singles=(), rivals=((), ()), path=(nominal, best))
+    library = usable_effects(evidence.data, over_ground=False)
+    after = with_random_loss(evidence, library, found, quick=True)
+    assert after.best.hypothesis.names == ("servo_offset", "command_loss")

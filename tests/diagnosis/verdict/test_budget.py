@@ -1,0 +1,69 @@
+"""The budget of the gap: shares by Shapley, by joint and by run; with the rest they add up to one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sessions import bench, make_session
+
+from snakebot.diagnosis import Diagnosis, diagnose
+from snakebot.diagnosis.verdict.budget import _orders, _Shares, _shares, by_share
+
+
+@pytest.fixture(scope="module")
+def found() -> Diagnosis:
+    effects = ["rate_limit:limit_rad_s=1.2,joints=3", "servo_offset:offset_deg=4,joints=1"]
+    return diagnose(make_session(bench(3), effects), only=["rate_limit", "servo_offset"], quick=True)
+
+
+def test_each_cause_carries_the_joint_that_it_is_on(found: Diagnosis) -> None:
+    limit, offset = ([c.effect for c in found.causes].index(name) for name in ("rate_limit", "servo_offset"))
+    entries = {entry.cause: entry for entry in found.shares_of("joint_angle")}
+    assert set(entries) == {limit, offset, None}
+    assert sum(entry.share for entry in entries.values()) == pytest.approx(1, abs=1e-3)
+    assert entries[limit].by_joint == pytest.approx((0, None, 1), abs=0.01)
+    assert entries[offset].by_joint == pytest.approx((1, None, 0), abs=0.01)
+    assert entries[None].share < 0.01
+    assert found.unexplained.share == entries[None].share
+    for entry in entries.values():
+        assert entry.ci95 is not None
+        assert entry.ci95[0] <= entry.share <= entry.ci95[1]
+    assert set(entries[limit].by_run) == set(found.closure.held_out_runs)
+    slow = entries[offset].by_run["run_03.csv"]
+    fast = entries[offset].by_run["run_01.csv"]
+    assert slow is not None
+    assert fast is not None
+    assert slow > fast  # the slow gait never meets the limit
+
+
+def test_causes_stand_in_the_order_of_what_they_carry(found: Diagnosis) -> None:
+    entries = {entry.cause: entry.share for entry in found.budget}
+    assert [entries[at] for at in range(len(found.causes))] == sorted(entries.values(), reverse=True)
+    swapped = [
+        entry.model_copy(update={"cause": 0 if entry.cause else 1}) for entry in found.budget
+    ]  # the second carries most
+    told, budget = by_share(found.causes, [*swapped, *found.budget_rest])
+    assert told == found.causes[::-1]
+    assert budget == (*found.budget, *found.budget_rest)
+    over_ground = [entry.model_copy(update={"of": "ground"}) for entry in found.budget]
+    assert by_share(found.causes, over_ground) == (found.causes, tuple(over_ground))
+
+
+def test_what_two_causes_do_only_together_is_shared_in_half() -> None:
+    """Either alone takes 1 of 10 away, both take 10."""
+    squares = {frozenset(): 10.0, frozenset({0}): 9.0, frozenset({1}): 9.0, frozenset({0, 1}): 0.0}
+    shares = _shares({0: 0, 1: 1}, lambda c: np.array([squares[c]]), np.zeros(1), np.ones(1), seed=0)
+    assert shares.of(np.ones(1, dtype=bool)) == pytest.approx([0.5, 0.5, 0.0])
+
+
+def test_where_there_is_no_gap_there_is_no_share() -> None:
+    quiet = _Shares([0], np.array([[0.05]]), np.array([-0.02]), np.array([1.0]), np.ones(1))
+    assert quiet.of(np.ones(1, dtype=bool)) is None
+    assert quiet.entries("joint_angle", None, [], {}) == []
+
+
+def test_many_causes_are_added_in_some_orders_and_back() -> None:
+    assert len(_orders(3, 0)) == 6
+    orders = _orders(5, 0)
+    assert len(orders) == 8
+    assert all(order[::-1] in orders for order in orders)

@@ -1,0 +1,68 @@
+"""Imports of the package run one way, in the order of the table in CONTRIBUTING.md."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = ROOT / "snakebot"
+ROWS = re.findall(r"^\| (`.*`) \|", (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), re.MULTILINE)
+ORDER = [re.findall(r"`(?:snakebot/)?(\w+)(?:\.py)?`", row) for row in ROWS]
+LINE_OF = {name: number for number, names in enumerate(ORDER) for name in names}
+FOLDERS = sorted(path.parent.name for path in PACKAGE.glob("*/__init__.py"))
+# Folders of one line that nevertheless have an order between them.
+WITHIN = {("gait", "robot"), ("physics", "robot"), ("board", "links"), ("analysis", "runlog")}
+# Modules beside the folders that know none of them: errors, files, numbers, clocks.
+SHARED = {path.stem for path in PACKAGE.glob("*.py")} - {"__init__", "__main__", "robot"}
+
+
+def imported(path: Path) -> set[str]:
+    """Folders and modules of the package, or of the protocol, that a file imports."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names: list[str] = []
+        if isinstance(node, ast.ImportFrom):
+            assert not node.level, f"{path}: a relative import"
+            module = node.module or ""
+            names = [f"snakebot.{alias.name}" for alias in node.names] if module == "snakebot" else [module]
+        elif isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        found |= {name.split(".")[1] for name in names if name.startswith("snakebot.")}
+        found |= {name.split(".")[0] for name in names if name.startswith("firmware_protocol")}
+    return found - {"__version__", "__file__"}
+
+
+def test_every_folder_stands_in_the_table_once() -> None:
+    told = [name for names in ORDER for name in names]
+    assert set(FOLDERS) <= set(told)
+    assert len(told) == len(set(told))
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_a_folder_imports_only_what_stands_above_it(folder: str) -> None:
+    for path in (PACKAGE / folder).rglob("*.py"):
+        for other in imported(path) - {folder} - SHARED:
+            above = LINE_OF[other] < LINE_OF[folder] or (folder, other) in WITHIN
+            assert above, f"{path.relative_to(ROOT)} imports {other}"
+
+
+def test_what_all_share_imports_no_folder() -> None:
+    for name in SHARED:
+        assert imported(PACKAGE / f"{name}.py") <= SHARED | {"robot"}, name
+
+
+def test_no_wire_in_the_physics_no_link_in_the_diagnosis_no_gait_on_the_servo_bus() -> None:
+    forbidden = {
+        "physics": {"links", "board", "softboard", "servobus", "firmware_protocol", "control"},
+        "diagnosis": {"links", "board", "softboard", "servobus", "firmware_protocol", "control"},
+        "servobus": {"gait", "effects", "diagnosis"},
+    }
+    for folder, others in forbidden.items():
+        for path in (PACKAGE / folder).rglob("*.py"):
+            assert not imported(path) & others, path
+    assert not any("cli" in imported(path) for path in PACKAGE.rglob("*.py") if "cli" not in path.parts[-2:-1]
+                   and path.name != "__main__.py")  # fmt: skip

@@ -77,9 +77,20 @@ class FdStream:
             data = os.read(self._fd, _CHUNK)
         except BlockingIOError:
             return b""
-        if not data:
+        if not data and self._has_ended():
             raise StreamEndError(errno.EIO, "closed by the other end")
         return data
+
+    def _has_ended(self) -> bool:
+        """Whether a read without bytes was the end: always on a socket, only where it is hung up on a tty.
+
+        A tty also gives none where what ``select`` saw was flushed before it was read.
+        """
+        if not os.isatty(self._fd):
+            return True
+        line = select.poll()
+        line.register(self._fd, 0)  # being hung up is always told
+        return bool(line.poll(0))
 
     def close(self) -> None:
         self._close()

@@ -65,7 +65,7 @@ def test_bytes_flushed_before_they_are_read_do_not_end_a_line(
 def test_a_line_whose_far_end_has_gone_is_lost(far_and_near: tuple[int, FdStream]) -> None:
     far, near = far_and_near
     os.close(far)
-    with pytest.raises(OSError, match="Input/output error|closed by the other end"):
+    with pytest.raises(OSError, match=r"Input/output error|closed by the other end"):
         near.read(1.0)
 
 

@@ -72,7 +72,7 @@ def add_budget(section: Section, found: Diagnosis) -> None:
         rows += [[run, *(_percent(e.by_run[run]) for e in entries)] for run in entries[0].by_run]
         section.add(Table(columns, rows, caption=f"{title}, by joint and by run"))
         if any(e is None for e in ends):
-            section.add(Note("Shares over ground have no interval: a run gives a few numbers only."))
+            section.add(Note("Shares without an interval: the runs give too few numbers for one."))
     angle = found.closure.joint_angle
     if angle.rms_floor is not None:
         section.add(Note(f"Noise, which is no part of the gap: {in_degrees(angle.rms_floor)} deg."))

@@ -2,7 +2,8 @@
 
 Shapley's value: what the mean square of the error falls by when a cause is added, in the mean over the orders in which
 the causes may be added. The causes are as they were fitted, each run by parameters that it had no part in; nothing is
-fitted anew. With the rest the shares add up to one. Intervals are from the bootstrap over blocks of ``closure``.
+fitted anew. With the rest the shares add up to one. Intervals are from the bootstrap over the blocks of ``closure``, or
+over the windows of the features over ground.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ from snakebot.effects.spec import EffectSpec
 
 ALL_ORDERS = 3  # causes of which every order is tried; of more a few, forwards and backwards; chosen
 SOME_ORDERS = 4  # chosen
+LEAST_WINDOWS = (
+    3  # of one run, or runs of a speed each, for an interval: as of the closure of speeds
+)
 QUANTILES = (0.025, 0.975)
 
 Coalition = frozenset[int]
@@ -80,23 +84,42 @@ def ground_budget(
     ground, shown = evidence.ground, evidence.split.shown
     if ground is None or not any(best.hypothesis.terms[at].stage == "body" for at in players.values()):
         return []
-    known = np.isfinite(ground.features.value) & np.isin(ground.features.run, shown)
+    features = ground.features
+    known = np.isfinite(features.value) & np.isin(features.run, shown)
     if not known.any():
         return []
+    windows, of_window = np.unique(features.window[known], return_inverse=True)
+    count = np.bincount(of_window).astype(np.float64)
+    run = np.array([features.windows[w].run for w in windows], dtype=np.int64)
+    lone = np.array([features.windows[w].speed_only for w in windows])
     allowed = ground.allowed_square[known]
 
     def squares(coalition: Coalition) -> Floats:
         left = np.zeros(known.size)
         for runs, specs in _specs_by_run(best, coalition, shown):
             made = ground_residuals(evidence, specs, evidence.split.free, runs)
-            mine = np.isin(ground.features.run, runs)
+            mine = np.isin(features.run, runs)
             left[mine] = np.nan_to_num(np.square(made[mine]))
-        return np.asarray(left[known] / allowed)
+        return np.bincount(of_window, weights=left[known] / allowed) / count
 
-    shares = _shares(players, squares, np.ones(allowed.size), np.ones(allowed.size), seed)
-    run = ground.features.run[known]
+    shares = _shares(players, squares, np.ones(count.size), count, seed)
     by_run = {evidence.data.runs[i].name: np.asarray(run == i) for i in shown}
-    return shares.entries("ground", None, [], by_run)
+    return shares.entries("ground", window_draws(run, lone, seed), [], by_run)
+
+
+def window_draws(run: Ints, lone: Bools, seed: int) -> Ints | None:
+    """(D, W) draws of the windows of the motion over ground: within each run; runs of one speed alone stand for each
+    other. None where there are too few for an interval.
+
+    Args:
+        run: (W,) of each window.
+        lone: (W,) whether it gives its run's forward speed alone.
+    """
+    clusters = np.where(lone, 0, 1 + run)
+    sizes = np.bincount(clusters)
+    if sizes.max() < LEAST_WINDOWS:
+        return None
+    return resample(clusters, np.random.default_rng(seed), DRAWS)
 
 
 def by_share(

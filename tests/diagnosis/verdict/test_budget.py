@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from sessions import bench, make_session
+from sessions import GAITS, bench, make_session, snake
 
 from snakebot.diagnosis import Diagnosis, diagnose
-from snakebot.diagnosis.verdict.budget import _orders, _Shares, _shares, by_share
+from snakebot.diagnosis.verdict.budget import _orders, _Shares, _shares, by_share, window_draws
 
 
 @pytest.fixture(scope="module")
@@ -67,3 +67,29 @@ def test_many_causes_are_added_in_some_orders_and_back() -> None:
     orders = _orders(5, 0)
     assert len(orders) == 8
     assert all(order[::-1] in orders for order in orders)
+
+
+def test_windows_over_ground_are_drawn_within_their_run_and_lone_speeds_among_the_runs() -> None:
+    run, lone = np.array([0, 0, 0, 1, 2, 3, 4]), np.array([False, False, False, False, True, True, True])
+    draws = window_draws(run, lone, seed=1)
+    assert draws is not None
+    drawn = np.sort(run[draws], axis=1)
+    assert (drawn[:, :4] == [0, 0, 0, 1]).all()
+    assert ((drawn[:, 4:] >= 2) & (drawn[:, 4:] <= 4)).all()
+    assert len({tuple(row) for row in drawn[:, 4:].tolist()}) == 10  # every choice of three out of three
+
+
+def test_two_numbers_over_ground_give_no_interval() -> None:
+    assert window_draws(np.array([0, 0]), np.array([False, False]), seed=1) is None
+    assert window_draws(np.array([0, 1]), np.array([True, True]), seed=1) is None
+
+
+def test_shares_over_ground_have_an_interval() -> None:
+    session = make_session(snake(), ["ground_friction:ct_scale=3"], gaits=GAITS[:2], pose=True)
+    found = diagnose(session, quick=True, only=["ground_friction"])
+    of_friction, of_rest = found.shares_of("ground")
+    assert of_friction.share > 0.9
+    assert of_friction.share + of_rest.share == pytest.approx(1, abs=1e-3)
+    for entry in (of_friction, of_rest):
+        assert entry.ci95 is not None
+        assert entry.ci95[0] <= entry.share <= entry.ci95[1]

@@ -26,9 +26,7 @@ from snakebot.effects.spec import EffectSpec
 
 ALL_ORDERS = 3  # causes of which every order is tried; of more a few, forwards and backwards; chosen
 SOME_ORDERS = 4  # chosen
-LEAST_WINDOWS = (
-    3  # of one run, or runs of a speed each, for an interval: as of the closure of speeds
-)
+LEAST_WINDOWS = 3  # of one run, or runs of a speed each, for an interval: as of the closure of speeds
 QUANTILES = (0.025, 0.975)
 
 Coalition = frozenset[int]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from snakebot.effects.registry import effects, find_effect
 from snakebot.errors import BadInputError
+from snakebot.nearest import did_you_mean
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,10 @@ class Options:
 def _check_known(key: str, value: float) -> None:
     owner, dot, name = key.rpartition(".")
     owners = [find_effect(owner)] if dot else list(effects().values())
-    if not any(p.name == name for effect in owners for p in effect.parameters):
-        raise BadInputError(f"--known {key}: no effect has a parameter of that name")
+    names = sorted({parameter.name for effect in owners for parameter in effect.parameters})
+    if name not in names:
+        where = f"{owner} has no" if dot else "no effect has a"
+        raise BadInputError(f"--known {key}: {where} parameter of that name{did_you_mean(name, names)}")
     for effect in owners:
         for parameter in effect.parameters:
             if parameter.name == name and dot and not parameter.contains(value):

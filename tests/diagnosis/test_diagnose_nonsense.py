@@ -138,6 +138,8 @@ def test_options_that_name_nothing() -> None:
         diagnose(session, exclude=["rate_limt"])
     with pytest.raises(BadInputError, match="no effect has a parameter"):
         diagnose(session, known={"limit": 1.0})
+    with pytest.raises(BadInputError, match=r"rate_limit has no parameter .*; did you mean limit_rad_s\?"):
+        diagnose(session, known={"rate_limit.limt_rad_s": 1.0})
     with pytest.raises(BadInputError, match="leave no effect"):
         diagnose(session, only=["backlash"], exclude=["backlash"])
 

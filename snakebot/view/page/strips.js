@@ -2,6 +2,7 @@
 import { color } from "./common.js";
 
 const KEPT_S = 30;
+const HEIGHT = 144, NAME = 16; // px: of a chart, and of the line above it that has its joint's name
 
 export class Strips {
   constructor(box) {
@@ -28,14 +29,14 @@ export class Strips {
       this.box.append(cell);
       const axis = { stroke: color("muted"), grid: { stroke: color("grid"), width: 1 }, ticks: { show: false }, font: "11px system-ui, sans-serif" };
       return new uPlot({
-        width: Math.max(cell.clientWidth, 100), height: 130, title: "", cursor: { show: false }, legend: { show: false },
+        width: Math.max(cell.clientWidth, 100), height: HEIGHT, padding: [NAME, null, null, null], title: "", cursor: { show: false }, legend: { show: false },
         scales: { x: { time: false } },
         axes: [{ ...axis, size: 26, values: (_, marks) => marks.map((m) => `${m} s`) }, { ...axis, size: 40, space: 24 }],
         series: [{}, { label: "set", stroke: color("command"), dash: [4, 3], width: 1.5 }, { label: "executed", stroke: color("applied"), width: 1.5 }, { label: "measured", stroke: color("measured"), width: 2 }],
         hooks: { draw: [(plot) => {
           const c = plot.ctx;
           c.save(); c.fillStyle = color("muted"); c.font = `${12 * devicePixelRatio}px system-ui, sans-serif`; c.textAlign = "left"; c.textBaseline = "top";
-          c.fillText(`joint ${joint + 1}`, plot.bbox.left + 6, plot.bbox.top + 4); c.restore();
+          c.fillText(`joint ${joint + 1}`, plot.bbox.left, plot.bbox.top - NAME * devicePixelRatio); c.restore();
         }] },
       }, [[], [], [], []], cell);
     });
@@ -44,7 +45,7 @@ export class Strips {
   fit() {
     for (const plot of this.plots) {
       const width = plot.root.parentElement.clientWidth;
-      if (width && width !== plot.width) plot.setSize({ width, height: 130 });
+      if (width && width !== plot.width) plot.setSize({ width, height: HEIGHT });
     }
   }
 

@@ -15,6 +15,9 @@ CLEAR_SE = 2.0  # standard errors that make a gain a clear one; chosen: 95 %
 LEAST_CLOSED = 0.005
 # Held-out score gained on the blocks an effect changes: a tenth of their mean square; chosen.
 LEAST_GAIN = 0.05
+# Share of what is left above the allowed mean square that a further effect takes away, from which it matters at a lower
+# gain, too: the score hardly sees what only the quickest motions show. Chosen: a tenth, as there.
+LEAST_FALL = 0.1
 
 
 def touched(scoring: Scoring, trial: Trial, base: Trial) -> Bools:
@@ -35,8 +38,8 @@ def lead(scoring: Scoring, trial: Trial, other: Trial) -> MeanDifference:
 
 
 def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
-    """Whether what was added to ``base`` gains more than two standard errors, and enough to matter, where
-    there is a gap.
+    """Whether what was added to ``base`` gains more than two standard errors, and enough to matter by its score or, as
+    a further effect, by the mean square that it takes away, where there is a gap.
     """
     rows = touched(scoring, trial, base)
     gap = gap_of(scoring, base.held_square)
@@ -45,7 +48,16 @@ def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
     ]
     if not joints:
         return False
-    return gains(scoring.gain(trial.held_square, base.held_square, rows))
+    gain = scoring.gain(trial.held_square, base.held_square, rows)
+    if gain.z <= CLEAR_SE or not base.hypothesis.terms:
+        return gains(gain)
+    sides = [scoring.of_ground if j < 0 else scoring.of_angles for j in (min(joints), max(joints))]
+    return gains(gain) or any(_falls(scoring, trial, base, side) for side in sides)
+
+
+def _falls(scoring: Scoring, trial: Trial, base: Trial, side: Bools) -> bool:
+    """Whether a trial leaves clearly less above the allowed mean square than its base."""
+    return excess(scoring, trial, side) < (1 - LEAST_FALL) * excess(scoring, base, side)
 
 
 def gains(gain: MeanDifference) -> bool:

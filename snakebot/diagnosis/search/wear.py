@@ -23,7 +23,7 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, bounds
 from snakebot.diagnosis.fit.least_squares import linearised, minimise, refit, wide_allowance
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.diagnosis.fit.trial import Trial, run_trial
-from snakebot.diagnosis.search.acceptance import CLEAR_SE, accepted
+from snakebot.diagnosis.search.acceptance import CLEAR_SE, accepted, closes_more
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import kinds
 from snakebot.diagnosis.search.library import Library
@@ -102,7 +102,7 @@ def with_wear(
         if candidate is None:
             continue
         trial = run_trial(evidence, candidate.hypothesis, candidate.starts)
-        if accepted(evidence.scoring, trial, best):
+        if accepted(evidence.scoring, trial, best) and closes_more(evidence.scoring, trial, best, nominal):
             best = found = trial
     return evidence, found
 

@@ -214,8 +214,8 @@ def _elsewhere(evidence: Evidence, library: Library, best: Trial) -> Trial:
 def prune(evidence: Evidence, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
     """Take out every effect without which the explanation does as well.
 
-    What is left is held against the whole explanation each time: many a little is much. Everyday effects that joints
-    have values of their own of stay: joint by joint, it was tried to do without them.
+    What is left is also held against the whole explanation: many a little is much. Everyday effects that joints have
+    values of their own of stay: joint by joint, it was tried to do without them.
 
     Returns what stays, and that without each of its terms.
     """
@@ -223,7 +223,8 @@ def prune(evidence: Evidence, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
     while spared and len(best.hypothesis.terms) > 1:
         shared = [i for i, term in enumerate(best.hypothesis.terms) if not term.own]
         less = in_parallel(partial(without_term, evidence, best), shared)
-        better = next((trial for trial in less if not accepted(evidence.scoring, whole, trial)), None)
+        spare = (t for t in less if not any(accepted(evidence.scoring, more, t) for more in (best, whole)))
+        better = next(spare, None)
         spared = better is not None
         best = better or best
     if len(best.hypothesis.terms) < 2:

@@ -1,0 +1,57 @@
+"""What a further effect must do to stand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from snakebot.arrays import Floats
+from snakebot.diagnosis.evidence.score import Scoring
+from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.fit.trial import Trial
+from snakebot.diagnosis.search.acceptance import LEAST_GAIN, accepted, excess
+
+SLOW, QUICK = 35, 5  # blocks of one slow motion and of one quick one
+BLOCKS = SLOW + QUICK
+MISFIT = 10.0  # what no everyday effect is exact to, against an allowed mean square of 1
+NOTHING = Hypothesis(())
+PLAY = Hypothesis((Term("backlash", None),))
+PLAY_AND_DELAY = Hypothesis((Term("backlash", None), Term("command_delay", None)))
+
+
+@pytest.fixture
+def scoring() -> Scoring:
+    run = np.repeat([0, 1], [SLOW, QUICK])
+    ones = np.ones(BLOCKS)
+    return Scoring(
+        joints=1, run=run, joint=np.zeros(BLOCKS, dtype=np.int64), kind=np.full(BLOCKS, -1), samples=ones,
+        floor_square=np.zeros(BLOCKS), allowed_square=ones, decides=np.ones(BLOCKS, dtype=bool), misfit_square=MISFIT,
+    )  # fmt: skip
+
+
+def trial(hypothesis: Hypothesis, slow: float, quick: float) -> Trial:
+    """What leaves these mean squares in the two motions, a little more in every other block."""
+    square: Floats = np.repeat([slow, quick], [SLOW, QUICK]) * np.tile([1.0, 1.01], BLOCKS // 2)
+    return Trial(hypothesis, np.zeros(0), np.zeros((0, 0)), square, square, [], [], ())
+
+
+def test_a_further_effect_that_only_the_quickest_motion_shows_stands(scoring: Scoring) -> None:
+    base, better = trial(PLAY, 3.0, 23.0), trial(PLAY_AND_DELAY, 2.8, 9.0)
+    assert scoring.gain(better.held_square, base.held_square).mean < LEAST_GAIN
+    assert excess(scoring, better, scoring.of_angles) < 0.6 * excess(scoring, base, scoring.of_angles)
+    assert accepted(scoring, better, base)
+
+
+def test_a_first_effect_must_gain_by_its_score(scoring: Scoring) -> None:
+    assert not accepted(scoring, trial(PLAY, 2.8, 9.0), trial(NOTHING, 3.0, 23.0))
+
+
+def test_what_takes_little_away_does_not_matter(scoring: Scoring) -> None:
+    assert not accepted(scoring, trial(PLAY_AND_DELAY, 2.9, 22.0), trial(PLAY, 3.0, 23.0))
+
+
+def test_what_takes_the_mean_square_away_and_loses_by_its_score_does_not_stand(scoring: Scoring) -> None:
+    """One violent motion does not outvote all others."""
+    base, other = trial(PLAY, 3.0, 60.0), trial(PLAY_AND_DELAY, 4.5, 30.0)
+    assert excess(scoring, other, scoring.of_angles) < 0.9 * excess(scoring, base, scoring.of_angles)
+    assert not accepted(scoring, other, base)

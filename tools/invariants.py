@@ -9,9 +9,9 @@ is right.
 
 from __future__ import annotations
 
+import argparse
 import json
 import re
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import isclose, sqrt
@@ -252,10 +252,15 @@ CHECKS: tuple[Callable[[Answer], Iterator[str]], ...] = (
 )
 
 
-def main(paths: list[str]) -> int:
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("answers", type=Path, nargs="+", metavar="OUT.json")
+    paths = parser.parse_args().answers
     broken = 0
     for path in paths:
-        found = breaches(json.loads(Path(path).read_text(encoding="utf-8")))
+        found = breaches(json.loads(path.read_text(encoding="utf-8")))
         broken += bool(found)
         for breach in found:
             print(f"{path}: {breach}")
@@ -264,4 +269,4 @@ def main(paths: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main(sys.argv[1:]))
+    raise SystemExit(main())

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from snakebot.cli import names
+from snakebot.cli.robot_option import robot_option
 
 EPILOG = """\b
 Examples:
@@ -23,12 +23,7 @@ RUN is a run log (.mcap, also an unfinished .mcap.part), a session folder (all i
 @click.command(name="analyze", epilog=EPILOG)
 @click.argument("runs", metavar="RUN...", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--report", type=click.Path(path_type=Path), help="Write figures and tables to one HTML file.")
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    help="Use this robot description in place of the one in the runs.",
-)
+@robot_option("Use this robot description in place of the one in the runs.", default=None)
 @click.option("--no-model", is_flag=True, help="Leave the simulation out: no predicted speed, no power.")
 @click.option("--json", "as_json", is_flag=True, help="Print the results as one JSON object, SI units.")
 def command(

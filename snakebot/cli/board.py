@@ -12,6 +12,7 @@ from snakebot.cli import names
 from snakebot.cli.board_settings import trim, zero
 from snakebot.cli.groups import Group
 from snakebot.cli.ports import SIM
+from snakebot.cli.robot_option import robot_option
 
 
 def _ends(function: Callable[..., None]) -> Callable[..., None]:
@@ -34,6 +35,11 @@ def _ends(function: Callable[..., None]) -> Callable[..., None]:
     for option in reversed(options):
         function = option(function)
     return function
+
+
+_symlink = click.option(
+    "--symlink", type=click.Path(dir_okay=False), help="Also make the pseudo-terminal known by this name."
+)
 
 
 @click.group(
@@ -81,17 +87,8 @@ It prints the --port to use, and answers until Ctrl-C.
 @click.option("--dynamixel", is_flag=True, help="Emulate Dynamixel bus servos.")
 @click.option("--model", help="Servos of this model [as the robot's description says, or sts3215, xl330].")
 @click.option("--damage", help="Of the servos' wire: flip=0.01,drop=0.05 (a byte, a packet).")
-@click.option(
-    "--symlink", type=click.Path(dir_okay=False), help="Also make the pseudo-terminal known by this name."
-)
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    default="penn_state",
-    show_default=True,
-    help="Robot description.",
-)
+@_symlink
+@robot_option()
 @click.option(
     "--effect",
     "effects",
@@ -136,17 +133,8 @@ servos relax when the host dies. Only if this process dies too do Feetech servos
 )
 @click.argument("port", shell_complete=names.ports)
 @_ends
-@click.option(
-    "--symlink", type=click.Path(dir_okay=False), help="Also make the pseudo-terminal known by this name."
-)
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    default="penn_state",
-    show_default=True,
-    help="Robot description.",
-)
+@_symlink
+@robot_option()
 @click.option(
     "--no-servo-watchdog", is_flag=True, help="Drive Dynamixel servos although one has no bus watchdog."
 )
@@ -195,14 +183,7 @@ Examples:
 """,
 )
 @click.argument("port", shell_complete=names.ports, default=SIM)
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    default="penn_state",
-    show_default=True,
-    help="What sim: simulates.",
-)
+@robot_option("What sim: simulates.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def info(port: str, robot_source: str, as_json: bool) -> None:
     """Who the board on PORT is, and how it is."""
@@ -234,14 +215,7 @@ Exit status: 0 no promise was broken, 3 no board, 4 the board was lost, 5 a prom
 @click.option(
     "--list", "list_only", is_flag=True, help="Show the cases and what each asks for; open nothing."
 )
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    default="penn_state",
-    show_default=True,
-    help="What sim: simulates.",
-)
+@robot_option("What sim: simulates.")
 @click.option("--yes", is_flag=True, help="Do not ask before a real robot moves.")
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON array.")
 def test(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from snakebot.cli import names
+from snakebot.cli.robot_option import robot_option
 
 EPILOG = """\b
 Examples:
@@ -23,12 +23,7 @@ Without SIM the nominal simulation is made from the run's own robot description:
 @click.argument("real", type=click.Path(path_type=Path))
 @click.argument("sim", required=False, type=click.Path(path_type=Path))
 @click.option("--report", type=click.Path(path_type=Path), help="Write figures and tables to one HTML file.")
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    help="Use this robot description in place of the one in the run.",
-)
+@robot_option("Use this robot description in place of the one in the run.", default=None)
 @click.option("--json", "as_json", is_flag=True, help="Print the results as one JSON object, SI units.")
 def command(
     real: Path, sim: Path | None, report: Path | None, robot_source: str | None, as_json: bool

@@ -12,6 +12,7 @@ from click.core import ParameterSource
 
 from snakebot.cli import names
 from snakebot.cli.pace import shown
+from snakebot.cli.robot_option import DEFAULT_ROBOT, robot_option
 from snakebot.cli.run_options import view_options
 from snakebot.errors import BadInputError
 from snakebot.whole_files import check_apart, check_output, write_all
@@ -65,9 +66,7 @@ stays, and no verdict is written.
 @click.option(
     "--dask", metavar="ADDRESS", help="With --table: hand the sessions to a dask.distributed cluster."
 )
-@click.option(
-    "--robot", "robot_source", shell_complete=names.robots, help="Nominal model [the one in the session]."
-)
+@robot_option("Nominal model [the one in the session].", default=None)
 @click.option(
     "--exclude",
     shell_complete=names.effect_names,
@@ -273,7 +272,7 @@ def _live(
     if len(sources) != 1:
         raise BadInputError("--live: give one new folder for the logs")
     budget = options.pop("budget")
-    plan, robot = Live(sources[0], budget, RunOptions(**options)), load_robot(robot_source or "penn_state")
+    plan, robot = Live(sources[0], budget, RunOptions(**options)), load_robot(robot_source or DEFAULT_ROBOT)
     with live_story(robot, plan.options) as story:
         return live(
             plan,

@@ -11,6 +11,7 @@ import click
 
 from snakebot.cli import names
 from snakebot.cli.ports import SIM, open_port
+from snakebot.cli.robot_option import robot_option
 from snakebot.control.ports import port_clock
 from snakebot.errors import EXIT_NO_BOARD, EXIT_OK, BadInputError, SnakebotError
 
@@ -42,14 +43,7 @@ Nothing moves. Exit status: 0 all that is needed works (there may be warnings), 
 """,
 )
 @click.argument("port", shell_complete=names.ports, default=SIM)
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    default="penn_state",
-    show_default=True,
-    help="What sim: simulates.",
-)
+@robot_option("What sim: simulates.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(port: str, robot_source: str, as_json: bool) -> None:
     """Check PORT: rights, adapter, timing, versions on both sides; say what to do about each."""

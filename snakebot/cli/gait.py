@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from snakebot.cli.names import gaits, robots
+from snakebot.cli.names import gaits
+from snakebot.cli.robot_option import robot_option
 
 if TYPE_CHECKING:
     from snakebot.gait import Gait
@@ -60,14 +61,7 @@ Examples:
 """,
 )
 @click.argument("gait_source", metavar="GAIT", shell_complete=gaits)
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=robots,
-    default="penn_state",
-    show_default=True,
-    help="That is to do it.",
-)
+@robot_option("That is to do it.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def show(gait_source: str, robot_source: str, as_json: bool) -> None:
     """A gait, the largest angle and speed of a joint in it, and whether a robot may do it."""

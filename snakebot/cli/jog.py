@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import click
 
 from snakebot.cli import names
+from snakebot.cli.robot_option import robot_option
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -48,14 +49,7 @@ Only this joint moves, the others hold where they are or have no power; the limi
 )
 @click.option("--step", "step_deg", type=float, default=2.0, show_default=True, help="Of one key, deg.")
 @click.option("--others-free", is_flag=True, help="The other joints get no power [they hold where they are].")
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    default="penn_state",
-    show_default=True,
-    help="Robot description.",
-)
+@robot_option()
 @click.option("--no-servo-watchdog", is_flag=True, help="As in `snakebot run`.")
 @click.option("--yes", is_flag=True, help="Do not ask before a real robot moves.")
 def command(

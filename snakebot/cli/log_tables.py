@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from snakebot.cli import names
 from snakebot.cli.log import JSON_OPTION, LOG, existing, tell
+from snakebot.cli.robot_option import robot_option
 from snakebot.cli.run_options import check_speed
 from snakebot.errors import BadInputError
 
@@ -47,14 +47,7 @@ def _table_options(function: Any) -> Any:
 @click.argument("table", type=LOG)
 @click.argument("output", type=LOG)
 @_table_options
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    default="penn_state",
-    show_default=True,
-    help="Robot description.",
-)
+@robot_option()
 @click.option("--alpha", type=float, help="Gait of the run, deg; with --beta and --omega.")
 @click.option("--beta", type=float, help="deg")
 @click.option("--omega", type=float, help="rad/s")

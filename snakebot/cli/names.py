@@ -62,11 +62,12 @@ def effect_names(ctx: click.Context, param: click.Parameter, incomplete: str) ->
 
 def joints(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Joints of the robot that the command line names, or of the one that it is by default."""
+    from snakebot.cli.robot_option import DEFAULT_ROBOT
     from snakebot.errors import BadInputError
     from snakebot.robot import load_robot
 
     try:
-        count = load_robot(ctx.params.get("robot_source") or "penn_state").joints
+        count = load_robot(ctx.params.get("robot_source") or DEFAULT_ROBOT).joints
     except BadInputError:
         return []
     return [CompletionItem(str(j)) for j in range(1, count + 1) if str(j).startswith(incomplete)]

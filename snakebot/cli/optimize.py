@@ -13,6 +13,7 @@ import click
 from click.core import ParameterSource
 
 from snakebot.cli.optimize_show import gait_file, show
+from snakebot.cli.robot_option import DEFAULT_ROBOT
 from snakebot.cli.study_output import finish
 from snakebot.errors import BadInputError
 
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 SHAPES = ("equal", "taper", "each")  # as in optimise.shape
-DEFAULT_ROBOT = "penn_state"  # of `snakebot run`
 AIMS = ("speed", "power-at-speed", "cost-of-transport")  # as in optimise.goal, which brings numpy in
 
 EPILOG = """\b

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from snakebot.cli.robot_option import robot_option
 from snakebot.cli.run import gait_given
 from snakebot.cli.run_options import check_finite
 from snakebot.errors import BadInputError
@@ -42,7 +43,7 @@ A band holds 95 %: of robots that the description may mean. What is drawn: the f
 @click.option("--gait", "gait_source", help="A gait by name or YAML file; the options above override it.")
 @click.option("--duration", type=float, help="Length of the run with its ramps, s [8 cycles].")
 @click.option("--ramp", type=float, default=2.0, show_default=True, help="Smooth start and end, each, s.")
-@click.option("--robot", "robot_source", default="penn_state", show_default=True, help="Robot description.")
+@robot_option()
 @click.option("--effect", "effects", multiple=True, help="Further effect, exact: NAME:param=value.")
 @click.option("--draws", type=int, default=64, show_default=True, help="Robots that are tried.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the draws.")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from snakebot.cli import names
+from snakebot.cli.robot_option import robot_option
 from snakebot.cli.run_options import RunOptions, check_finite, run_options
 from snakebot.errors import EXIT_INTERRUPTED, BadInputError
 
@@ -22,12 +22,7 @@ Examples:
 
 @click.command("replay", short_help="Send recorded set-points again.", epilog=EPILOG)
 @click.argument("log", type=click.Path(path_type=Path))
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    help="Robot description with its limits [the one in LOG].",
-)
+@robot_option("Robot description with its limits [the one in LOG].", default=None)
 @click.option("--rate", type=float, help="Ticks a second, Hz [that of LOG].")
 @click.option(
     "--ramp",

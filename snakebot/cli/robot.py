@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from snakebot.cli import names
+from snakebot.cli.robot_option import robot_option
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -165,14 +166,7 @@ with the higher numbers counter-clockwise, seen from above) and press enter. Not
 """,
 )
 @click.argument("port", shell_complete=names.ports)
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    default="penn_state",
-    show_default=True,
-    help="Description to copy.",
-)
+@robot_option("Description to copy.")
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),

@@ -11,6 +11,7 @@ import click
 
 from snakebot.cli import names
 from snakebot.cli.course_options import parse_start, steered
+from snakebot.cli.robot_option import robot_option
 from snakebot.cli.run_options import RunOptions, check_finite, run_options
 from snakebot.errors import EXIT_INTERRUPTED, BadInputError
 
@@ -94,14 +95,7 @@ alpha down/up, b/B beta, w/W omega, o/O offset; q stops, the space bar is the em
     metavar="X,Y,DEG",
     help="Simulated board only: where the robot lies at first, m and deg.",
 )
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    default="penn_state",
-    show_default=True,
-    help="Robot description.",
-)
+@robot_option()
 @run_options
 def command(
     options: RunOptions,

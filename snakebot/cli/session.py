@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from snakebot.cli import names
 from snakebot.cli.groups import Group
+from snakebot.cli.robot_option import robot_option
 from snakebot.cli.session_plan import command as plan_command
 from snakebot.errors import BadInputError
 from snakebot.in_words import plain
@@ -68,12 +68,7 @@ A run is named as its log without .mcap, or as its file in the session that it c
 @command.command("make", epilog=MAKE_EPILOG)
 @click.argument("output", type=PATH)
 @click.argument("runs", type=PATH, nargs=-1, required=True)
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    help="Nominal model [the description in the first run].",
-)
+@robot_option("Nominal model [the description in the first run].", default=None)
 @click.option("--hold-out", multiple=True, metavar="RUN", help="Never fit on this run.")
 @click.option("--repeat", multiple=True, metavar="RUN=FIRST", help="RUN repeats the motion of FIRST.")
 @click.option("--find-repeats/--no-find-repeats", default=True, show_default=True, help="Find equal motions.")
@@ -152,7 +147,7 @@ def _marked(runs: Sequence[Run], hold_out: Sequence[str], repeat: Sequence[str])
     "check", epilog="\b\nExamples:\n  snakebot session check my_session\n  snakebot session check lab --json"
 )
 @click.argument("folder", metavar="SESSION|LOG...", type=PATH, nargs=-1, required=True)
-@click.option("--robot", "robot_source", help="In the commands that are told [the session's, by its name].")
+@robot_option("In the commands that are told [the session's, by its name].", default=None)
 @click.option("--port", default="sim:", show_default=True, help="In the commands that are told.")
 @JSON_OPTION
 def check(folder: tuple[Path, ...], robot_source: str | None, port: str, as_json: bool) -> None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from snakebot.cli.robot_option import robot_option
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ A map entry is NAME=[-]COLUMN[:UNIT], as of snakebot log import.
 @click.command("import", short_help="Make a session of any robot's recordings.", epilog=EPILOG)
 @click.argument("sources", type=PATH, nargs=-1, required=True)
 @click.option("-o", "--output", type=PATH, required=True, help="The session folder to write.")
-@click.option("--robot", "robot_source", help="Nominal model [a bench of as many joints as are recorded].")
+@robot_option("Nominal model [a bench of as many joints as are recorded].", default=None)
 @click.option(
     "--units",
     type=click.Choice(["rad", "deg", "counts", "percent"]),

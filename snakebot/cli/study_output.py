@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from snakebot.cli import names
+from snakebot.cli.robot_option import robot_option
 from snakebot.text_table import screen_columns, set_in_columns
 
 
@@ -24,14 +24,7 @@ def common(function: Callable[..., None]) -> Callable[..., None]:
             type=click.Path(path_type=Path, file_okay=False),
             help="Folder [results/<study>_<robot>].",
         ),
-        click.option(
-            "--robot",
-            "robot_source",
-            shell_complete=names.robots,
-            default="penn_state",
-            show_default=True,
-            help="Robot description.",
-        ),
+        robot_option(),
     ):
         function = option(function)
     return function

@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from snakebot.cli import names
+from snakebot.cli.robot_option import DEFAULT_ROBOT, robot_option
 from snakebot.errors import BadInputError, NoBoardError
 from snakebot.view import DEFAULT_PORT, LOOPBACK
 
@@ -34,12 +35,7 @@ Show = Callable[[Callable[[str], None]], Coroutine[Any, Any, None]]
 @click.option(
     "--port", shell_complete=names.ports, help="Look on at the board there in place of a LOG; STOP stops it."
 )
-@click.option(
-    "--robot",
-    "robot_source",
-    shell_complete=names.robots,
-    help="With --port: robot description [penn_state].",
-)
+@robot_option("With --port: robot description [penn_state].", default=None)
 @click.option(
     "--view-address", "address", default=LOOPBACK, show_default=True, help="Where the page is served."
 )
@@ -68,7 +64,7 @@ def command(
         _serve(_recording(log, address, page_port, token), address, page_port)
     else:
         assert port is not None
-        _look_on(port, robot_source or "penn_state", address, page_port, token)
+        _look_on(port, robot_source or DEFAULT_ROBOT, address, page_port, token)
 
 
 def _recording(log: Path, address: str, page_port: int, token: str) -> Show:

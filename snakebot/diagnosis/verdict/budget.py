@@ -21,12 +21,11 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.fit_runs import ground_residuals
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import BudgetEntry, Cause
-from snakebot.diagnosis.verdict.closure import DRAWS, NO_GAP
+from snakebot.diagnosis.verdict.closure import DRAWS, LEAST_DRAWN, NO_GAP
 from snakebot.effects.spec import EffectSpec
 
 ALL_ORDERS = 3  # causes of which every order is tried; of more a few, forwards and backwards; chosen
 SOME_ORDERS = 4  # chosen
-LEAST_WINDOWS = 3  # of one run, or runs of a speed each, for an interval: as of the closure of speeds
 QUANTILES = (0.025, 0.975)
 
 Coalition = frozenset[int]
@@ -115,7 +114,7 @@ def window_draws(run: Ints, lone: Bools, seed: int) -> Ints | None:
     """
     clusters = np.where(lone, 0, 1 + run)
     sizes = np.bincount(clusters)
-    if sizes.max() < LEAST_WINDOWS:
+    if sizes.max() < LEAST_DRAWN:
         return None
     return resample(clusters, np.random.default_rng(seed), DRAWS)
 

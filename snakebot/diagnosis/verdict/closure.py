@@ -22,6 +22,7 @@ from snakebot.diagnosis.result import AngleClosure, JointClosure, SpeedClosure
 from snakebot.effects.spec import EffectSpec
 
 DRAWS = 1000  # of the bootstrap; chosen: 2.5 % quantiles then rest on 25 draws
+LEAST_DRAWN = 3  # runs of a speed each, or windows over ground, that an interval needs; chosen
 NOT_HELD_OUT = (
     "only one motion may be fitted, so no run is held out: before and after are of the runs that were fitted"
 )
@@ -180,8 +181,11 @@ def speed_closure(
         reason = NOT_HELD_OUT
     else:
         closed = (e2 - a2) / (e2 - f2)
-        if before.size >= 3:
-            draw = np.random.default_rng(seed).integers(0, before.size, size=(DRAWS, before.size))
+        if before.size >= LEAST_DRAWN:
+            runs_alike = np.zeros(
+                before.size, dtype=np.int64
+            )  # each is one number: they stand for each other
+            draw = resample(runs_alike, np.random.default_rng(seed), DRAWS)
             eb, ab = before[draw].mean(axis=1), after[draw].mean(axis=1)
             interval = _interval((eb - ab) / np.maximum(eb - f2, 0.1 * (e2 - f2)))
         if floor is None:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from snakebot.effects.stages import assemble
+from snakebot.effects.stages import assemble, filled
+from snakebot.smoothing import smoothed
 
 if TYPE_CHECKING:
     from snakebot.robot import Robot
@@ -135,11 +136,13 @@ class Observed:
 
     @cached_property
     def peak_load_nm(self) -> Vector:
-        """Nearly the largest torque that each joint bore, from the model; NaN without a body or an arm."""
+        """Nearly the largest torque that each joint bore, from the model, as its motion was without the noise of the
+        readings; NaN without a body or an arm.
+        """
         stages = assemble(self.robot, ())
         loads = []
         for run in self.runs:
-            torque = stages.torque_of(run.t_s, run.measured_rad)
+            torque = stages.torque_of(run.t_s, smoothed(run.t_s, filled(run.measured_rad)))
             if torque is None:
                 return np.full(self.robot.joints, np.nan)
             loads.append(torque)

@@ -17,7 +17,7 @@ import numpy as np
 
 from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.data import Data, PreparedRun, holes
-from snakebot.diagnosis.evidence.smoothing import smoothed
+from snakebot.smoothing import smoothed
 
 if TYPE_CHECKING:
     from snakebot.physics import ChainModel

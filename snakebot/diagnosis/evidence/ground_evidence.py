@@ -13,8 +13,8 @@ from snakebot.diagnosis.evidence import ground as ground_motion
 from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.floor import Floor
 from snakebot.diagnosis.evidence.simulator import Simulator
-from snakebot.diagnosis.evidence.smoothing import smoothed
 from snakebot.diagnosis.evidence.tolerance import CREDIBLE, bounded_share
+from snakebot.smoothing import smoothed
 
 if TYPE_CHECKING:
     from snakebot.physics import ChainModel

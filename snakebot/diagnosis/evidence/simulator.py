@@ -14,7 +14,6 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import Data
-from snakebot.diagnosis.evidence.smoothing import smoothed
 from snakebot.diagnosis.evidence.ticks import set_points
 from snakebot.effects.effect import Track
 from snakebot.effects.prediction import JointRun, joint_run, joint_runs
@@ -22,7 +21,15 @@ from snakebot.effects.servo_stage import ServoRun
 from snakebot.effects.spec import EffectSpec
 from snakebot.effects.stages import Stages, assemble, filled
 from snakebot.lifted import lifted
-from snakebot.physics.servo_layout import FREE_JOINT, LOCKED, SOURCE, TORQUE_LIMIT_NM, loose
+from snakebot.physics.servo_layout import (
+    FREE_JOINT,
+    LOCKED,
+    RATE_DROP_PER_NM,
+    SOURCE,
+    TORQUE_LIMIT_NM,
+    loose,
+)
+from snakebot.smoothing import smoothed
 
 
 class Simulator:
@@ -56,10 +63,16 @@ class Simulator:
 
     def joints_meet(self, specs: Iterable[EffectSpec], *, rough: bool) -> bool:
         """Whether what changes one joint can change another: through the body, or because cables are swapped."""
-        stages = self.stages(specs)
-        swapped = stages.servo_rows[:, SOURCE] != np.arange(self.data.joints)
         coupled = self.always_needs_body(specs) if rough else self.needs_body(specs)
-        return coupled or bool(swapped.any())
+        return coupled or self._swapped(self.stages(specs))
+
+    def others_drive(self, specs: Iterable[EffectSpec]) -> bool:
+        """Whether a joint is free, or has the set-points of another."""
+        stages = self.stages(specs)
+        return stages.broken[0] or self._swapped(stages)
+
+    def _swapped(self, stages: Stages) -> bool:
+        return bool((stages.servo_rows[:, SOURCE] != np.arange(self.data.joints)).any())
 
     def predict(
         self,
@@ -68,21 +81,27 @@ class Simulator:
         *,
         rough: bool = False,
         columns: Sequence[int] | None = None,
+        loads_nm: Sequence[Floats] | None = None,
     ) -> list[JointRun]:
         """Predict the given runs (all, if None).
 
         Args:
+            loads_nm: torques (N, k) that the servos bear in each of the given runs, where they are known: joints stay
+                apart.
             columns: 0-based joints that are asked for; the others may come out as nan.
             rough: take the torques of the nominal motion for those that the servos bear, where that will do: no body
                 needs to be simulated then, and joints stay apart.
         """
         specs = tuple(specs)
         wanted = range(len(self.data.runs)) if runs is None else runs
+        loads = dict(zip(wanted, loads_nm, strict=True)) if loads_nm is not None else {}
         made: dict[int, JointRun] = {}
         for in_air in {self.data.runs[i].lifted for i in wanted}:
             stages = self.stages(specs, in_air=in_air)
             here = [i for i in wanted if self.data.runs[i].lifted is in_air]
-            given = [self._given(stages, i, stages.link(*self.set_points[i]), rough) for i in here]
+            given = [
+                self._given(stages, i, stages.link(*self.set_points[i]), rough, loads.get(i)) for i in here
+            ]
             made.update(zip(here, joint_runs(stages, given, columns), strict=True))
         return [made[i] for i in wanted]
 
@@ -90,15 +109,22 @@ class Simulator:
         """What the joints do and show in a run if these set-points leave the link."""
         return joint_run(stages, self._given(stages, index, track))
 
-    def _given(self, stages: Stages, index: int, track: Track, rough: bool = False) -> ServoRun:
+    def _given(
+        self,
+        stages: Stages,
+        index: int,
+        track: Track,
+        rough: bool = False,
+        load_nm: Floats | None = None,
+    ) -> ServoRun:
         t_s, known = self.data.runs[index].t_s, self.measured[index]
         if stages.sensor_filters():
             known = stages.true_angle(t_s, known)
         quasi_static = (
             rough and stages.model is not None and stages.feels_load and not _yields(stages.servo_rows)
         )
-        load = self.load(index) if quasi_static else None
-        return ServoRun(t_s, track, known_rad=known, load_nm=load)
+        load_nm = self.load(index) if quasi_static else load_nm
+        return ServoRun(t_s, track, known_rad=known, load_nm=load_nm)
 
     def between_samples(self, index: int, parts: int) -> tuple[Floats, Floats]:
         """Times (M,) and nominal joint angles (M, k) of a run, each sample's interval cut into ``parts``."""
@@ -125,6 +151,8 @@ class Simulator:
 
 
 def _yields(rows: Floats) -> bool:
-    """Whether some joint goes where the rest of the body takes it."""
+    """Whether some joint goes where the rest of the body takes it, or is so slow under load that the load is another
+    one: torques of a motion that it does not make say little of it.
+    """
     limited = np.isfinite(rows[:, TORQUE_LIMIT_NM]) | (rows[:, LOCKED] == FREE_JOINT) | loose(rows)
-    return bool(limited.any())
+    return bool((limited | (rows[:, RATE_DROP_PER_NM] > 0)).any())

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,10 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis, bounds
 from snakebot.diagnosis.fit.least_squares import Fit, minimise, multi_start
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.effects.spec import EffectSpec
+
+# Parameters whose slopes are worked out under given torques, where others are none that this is exact for: so many are
+# worth it; chosen.
+FEW_SLOPES = 8
 
 Specs = Callable[[Floats], tuple[EffectSpec, ...]]
 
@@ -77,11 +82,13 @@ def fit_runs(
     rough: bool = False,
     sides: Sequence[bool] = (True, False),
     only: Bools | None = None,
+    loads_of: Floats | None = None,
 ) -> Fitted:
     """Fit an explanation to some runs from each of ``starts`` (p,).
 
     ``sides``: parameters of the body (True), all others (False). The body comes first: angles hardly know of it, but it
-    knows of the load. ``only``: (p,) the parameters that are fitted, all if None.
+    knows of the load. ``only``: (p,) the parameters that are fitted, all if None. ``loads_of``: (p,) parameters near
+    by, whose motion's torques the servos are taken to bear, where that keeps joints apart.
     """
     count = len(hypothesis.parameters)
     best = np.array(starts[0], dtype=np.float64) if len(starts) else np.zeros(0)
@@ -99,6 +106,8 @@ def fit_runs(
             problem = ground_problem(evidence, specs, runs, *box)
         else:
             problem = angle_problem(evidence, hypothesis, specs, runs, *box, rough=rough, mine=mine, at=best)
+            if loads_of is not None:
+                problem = _under_loads_of(evidence, hypothesis, problem, best, loads_of[mine])
         if problem is None:
             information[mine] = 0.0
             continue
@@ -113,6 +122,19 @@ def fit_runs(
         spread[np.ix_(mine, mine)] = problem.of_all(fit.covariance)
         information[mine] = problem.of_all(fit.information)
     return Fitted(best, spread, information)
+
+
+def _under_loads_of(
+    evidence: Evidence, hypothesis: Hypothesis, problem: Problem | None, at: Floats, part: Floats
+) -> Problem | None:
+    """A problem under the torques that the motion at its parameters ``part`` bears, where they are all that couples the
+    joints ``at`` (p,).
+    """
+    if problem is None or problem.near is None:
+        return problem
+    if evidence.predictor.simulator.always_needs_body(hypothesis.specs(at)):
+        return problem
+    return problem.near(problem.for_each(part))
 
 
 def angle_problem(
@@ -143,28 +165,62 @@ def angle_problem(
     if not stacked.use.any():
         return None
 
-    def of_some(theta: Floats, some: StackedAngles) -> Floats:
-        columns = some.columns.tolist()
-        predicted = simulator.predict(specs(problem.of_all(theta)), runs, rough=rough, columns=columns)
-        return some.residual([p.reading_rad for p in predicted])
+    known: dict[bytes, list[Floats]] = {}  # of the last motion: parameters, and torques on the servos
 
-    unit, touches = np.zeros(len(joints), dtype=np.int64), None
-    if not meet:
-        touches = hypothesis.touches(angles.data.joints)[mine][:, joints]
-        unit = _sharing(touches)
+    def of_some(theta: Floats, some: StackedAngles, loads_nm: Sequence[Floats] | None = None) -> Floats:
+        columns = some.columns.tolist()
+        made = simulator.predict(
+            specs(problem.of_all(theta)), runs, rough=rough, columns=columns, loads_nm=loads_nm
+        )
+        if problem.near is not None and loads_nm is None:
+            known.clear()
+            known[theta.tobytes()] = [p.servos.load_nm for p in made]
+        return some.residual([p.reading_rad for p in made])
+
+    def under_loads_of(theta: Floats) -> Problem:
+        """The same with the torques of one motion on the servos: joints stay apart, and no body is simulated."""
+        if theta.tobytes() not in known:
+            problem.residual(theta)
+        under = partial(of_some, loads_nm=known[theta.tobytes()])
+        return replace(
+            problem,
+            residual=lambda theta: under(theta, stacked),
+            touches=touches,
+            some=stacked.spread(under),
+            near=None,
+        )
+
+    touches = hypothesis.touches(angles.data.joints)[mine][:, joints]
+    bears = _bears_loads(evidence, hypothesis, at)[mine]
+    cheap = meet and not rough and bears.sum() > (0 if bears.all() else FEW_SLOPES)
     problem = Problem(
         lambda theta: of_some(theta, stacked),
-        unit,
+        np.zeros(len(joints), dtype=np.int64) if meet else _sharing(touches),
         stacked.block,
         angles.fitted_square,
         lower,
         upper,
         log,
-        touches=touches,
+        touches=None if meet else touches,
         some=stacked.spread(of_some),
-        secant=meet,
+        secant=meet and not cheap,
+        near=under_loads_of if cheap else None,
+        near_for=bears if cheap else None,
     )
     return problem
+
+
+def _bears_loads(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> Bools:
+    """(p,) parameters whose slopes are the same, or nearly, with the torques on the servos given: those of effects that
+    do not make a joint go where the others take it. None where a joint is free or driven by another's set-points.
+    """
+    simulator = evidence.predictor.simulator
+    if simulator.others_drive(hypothesis.specs(theta)):
+        return np.zeros(theta.size, dtype=bool)
+    found = []
+    for term, values in zip(hypothesis.terms, hypothesis.split(theta), strict=True):
+        found += [not simulator.always_needs_body(term.specs(values.tolist()))] * len(term.open)
+    return np.array(found, dtype=bool)
 
 
 def joints_sharing(hypothesis: Hypothesis, count: int, mine: Bools) -> Bools:

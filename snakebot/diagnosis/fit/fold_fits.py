@@ -39,7 +39,12 @@ def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> li
     size = _sizes(hypothesis, theta)
     return [
         _without_uninformed(
-            evidence, hypothesis, fit.theta, fit.information * np.square(size) < INFORMATIVE_SE**2, fold
+            evidence,
+            hypothesis,
+            fit.theta,
+            fit.information * np.square(size) < INFORMATIVE_SE**2,
+            fold,
+            theta,
         )
         for fit, fold in zip(known, evidence.split.folds, strict=True)
     ]
@@ -88,16 +93,21 @@ def _near(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Fit
 
 
 def _without_uninformed(
-    evidence: Evidence, hypothesis: Hypothesis, theta: Floats, uninformed: Bools, fold: Fold
+    evidence: Evidence,
+    hypothesis: Hypothesis,
+    theta: Floats,
+    uninformed: Bools,
+    fold: Fold,
+    of_all_runs: Floats,
 ) -> Floats:
-    """``theta`` (p,) of a fold whose runs say nothing of some parameters: ``uninformed`` (p,)."""
+    """``theta`` (p,) of a fold whose runs say nothing of some parameters: ``uninformed`` (p,). Servos bear the torques
+    of the motion that the fit ``of_all_runs`` (p,) makes.
+    """
     if not uninformed.any():
         return theta
-    out, at = theta.copy(), 0
-    for term in hypothesis.terms:
-        own = slice(at, at + len(term.open))
-        at = own.stop
-        if term.open and uninformed[own].all():
+    out = theta.copy()
+    for own in hypothesis.alike:
+        if uninformed[own].all():
             without = out.copy()
             without[own] = np.nan
             if not _shows(evidence, hypothesis, out, without, fold.fit):
@@ -109,14 +119,14 @@ def _without_uninformed(
     usual = np.array([p.typical for p in hypothesis.parameters])
     start = np.where(far, usual, out)
     # What shares no joint with those is as well fitted as it was; over ground all go together.
-    if not evidence.predictor.simulator.needs_body(hypothesis.specs(start)):
+    if not evidence.predictor.simulator.joints_meet(hypothesis.specs(start), rough=True):
         near = joints_sharing(hypothesis, evidence.data.joints, far)
         body = of_body(hypothesis)
         shared = hypothesis.touches(evidence.data.joints)[:, near].any(axis=1) & ~body
         only = ~absent & (shared | (body & (far & body).any()))
     else:
         only = ~absent
-    return fit_runs(evidence, hypothesis, [start], fold.fit, FAR_STEPS, only=only).theta
+    return fit_runs(evidence, hypothesis, [start], fold.fit, FAR_STEPS, only=only, loads_of=of_all_runs).theta
 
 
 def _shows(

@@ -114,6 +114,13 @@ class Hypothesis:
         ends = np.cumsum([len(term.open) for term in self.terms])
         return np.split(np.asarray(theta), ends[:-1]) if self.terms else []
 
+    @property
+    def alike(self) -> list[slice]:
+        """Which parameters belong together: those of one term, and of one joint where its joints have their own."""
+        sizes = [len(t.open_of_one) for t in self.terms for _ in t.alike if t.open_of_one]
+        ends = np.cumsum(sizes, dtype=np.int64).tolist()
+        return [slice(end - size, end) for end, size in zip(ends, sizes, strict=True)]
+
     def rest(self, theta: Floats, index: int) -> Floats:
         """The part of ``theta`` that belongs to all terms but one."""
         parts = self.split(theta)

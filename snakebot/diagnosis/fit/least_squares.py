@@ -92,7 +92,7 @@ def minimise(problem: Problem, start: Floats, most_steps: int = 25, *, covarianc
         if not active.any():
             break
         trial = np.clip(z + step, problem.low, problem.high)
-        trial_residual = problem.residual_of(active, from_scale(trial, problem))
+        trial_residual = problem.residual_of(active[problem.unit], from_scale(trial, problem))
         evaluations += 1
         trial_cost, trial_weight = weights.cost(trial_residual)
         fell = active & (trial_cost < cost)

@@ -6,7 +6,7 @@ Parameters are fitted on a scale of their own (logarithmic where they span decad
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -33,10 +33,12 @@ class Problem:
         idle: residual where what is fitted does nothing: a search that starts there stays there.
         touches: (p, U') which columns a parameter can change at all; None: any of its unit. Parameters that share no
             column are perturbed together (Curtis, Powell and Reid 1974).
-        some: the same as ``residual`` of the columns (U',) asked for, of whole units; the others are zero. None: all
-            are made, whatever is asked for.
+        some: the same as ``residual`` of the columns (U',) asked for; the others are zero. None: all are made, whatever
+            is asked for.
         secant: one residual costs much: slopes are carried along from step to step, and worked out anew where a step
             fails or the search would end.
+        near: makes of parameters (U, p) a problem that has about the same slopes there at less cost, for those of the
+            parameters that are ``near_for`` (p,); None: there is none.
     """
 
     residual: Callable[[Floats], Floats]
@@ -50,6 +52,8 @@ class Problem:
     touches: Bools | None = None
     some: Callable[[Floats, Bools], Floats] | None = None
     secant: bool = False
+    near: Callable[[Floats], Problem] | None = None
+    near_for: Bools | None = None
 
     @cached_property
     def low(self) -> Floats:
@@ -61,9 +65,8 @@ class Problem:
         """(p,) upper bounds on the fitted scale."""
         return to_scale(self.upper, self)
 
-    def residual_of(self, units: Bools, theta: Floats) -> Floats:
-        """(N, U') residuals of some ``units`` (U,) at ``theta`` (U, p); whatever is cheapest in the other columns."""
-        columns = units[self.unit]
+    def residual_of(self, columns: Bools, theta: Floats) -> Floats:
+        """(N, U') residuals of some ``columns`` (U',) at ``theta`` (U, p); whatever is cheapest in the others."""
         return self.residual(theta) if self.some is None or columns.all() else self.some(theta, columns)
 
     def of_all(self, rows: Floats) -> Floats:
@@ -123,27 +126,38 @@ def from_scale(z: Floats, problem: Problem) -> Floats:
 
 def jacobian_at(problem: Problem, z: Floats, residual: Floats, active: Bools | None = None) -> Floats:
     """(p, N, U') forward differences on the fitted scale, away from a bound; of ``active`` units (U,), all if None."""
+    if problem.near is None:
+        return _differences(problem, z, residual, active)
+    theta = from_scale(z, problem)
+    near = problem.near(theta)
+    out = _differences(near, z, near.residual(theta), active, problem.near_for)
+    if problem.near_for is not None and not problem.near_for.all():
+        out += _differences(problem, z, residual, active, ~problem.near_for)
+    return out
+
+
+def _differences(
+    problem: Problem, z: Floats, residual: Floats, active: Bools | None, only: Bools | None = None
+) -> Floats:
+    """``jacobian_at`` by the problem itself; zeros for parameters (p,) other than ``only``, all if None."""
     low, high = problem.low, problem.high
     step = np.where(problem.logarithmic, 5 * STEP, STEP * (high - low))
     there = np.clip(z + np.where(z + step > high, -step, step), low, high)
     out = np.zeros((z.shape[1], *residual.shape))
-    wanted = np.ones(z.shape[0], dtype=bool) if active is None else active
-    groups = _apart(problem, z.shape[1], wanted[problem.unit])
+    wanted = (np.ones(z.shape[0], dtype=bool) if active is None else active)[problem.unit]
+    chosen = np.ones(z.shape[1], dtype=bool) if only is None else only
+    groups = _apart(problem, np.flatnonzero(chosen).tolist(), wanted)
 
     def perturbed(together: list[int]) -> Floats:
         moved = z.copy()
         moved[:, together] = there[:, together]
-        asked = wanted
-        if problem.touches is not None:
-            asked = wanted & np.isin(
-                np.arange(wanted.size), problem.unit[problem.touches[together].any(axis=0)]
-            )
+        asked = wanted if problem.touches is None else wanted & problem.touches[together].any(axis=0)
         return problem.residual_of(asked, from_scale(moved, problem)) - residual
 
     for together, difference in zip(groups, in_parallel(perturbed, groups), strict=True):
         for i in together:
             change = (there[:, i] - z[:, i])[problem.unit]
-            seen = (change != 0) & wanted[problem.unit]
+            seen = (change != 0) & wanted
             if problem.touches is not None:
                 seen &= problem.touches[i]
             out[i][:, seen] = difference[:, seen] / change[seen]
@@ -166,15 +180,14 @@ def carry_slopes(problem: Problem, jacobian: Floats, step: Floats, change: Float
         jacobian[at] = slopes + np.multiply.outer(along / length, missed)
 
 
-def _apart(problem: Problem, count: int, wanted: Bools) -> list[list[int]]:
-    """Parameters (of ``count``) in groups, no two of a group touching the same column; those of the columns ``wanted``
-    (U',) only.
-    """
+def _apart(problem: Problem, parameters: Sequence[int], wanted: Bools) -> list[list[int]]:
+    """``parameters`` in groups, no two of a group touching the same column; those of columns ``wanted`` (U',) only."""
     if problem.touches is None:
-        return [[i] for i in range(count)]
+        return [[i] for i in parameters]
     groups: list[list[int]] = []
     taken: list[Bools] = []
-    for i, mine in enumerate(problem.touches & wanted):
+    for i in parameters:
+        mine = problem.touches[i] & wanted
         if not mine.any():
             continue
         free = next((g for g, columns in enumerate(taken) if not (columns & mine).any()), None)

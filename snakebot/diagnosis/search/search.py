@@ -86,7 +86,7 @@ def search(
         if wear_is_open and _may_be_worn(evidence.scoring, winner, best, nominal):
             progress("everyday effects on every joint", 0.4)
             wear_is_open = False
-            evidence, worn = with_wear(evidence, library, nominal, winner or best)
+            evidence, worn = with_wear(evidence, library, nominal, winner or best, fits)
             if worn is not None:
                 best = worn
                 path.append(best)

@@ -14,7 +14,7 @@ from snakebot.diagnosis.evidence.blocks import block_map, mean_difference, resam
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.floor import noise_floor
 from snakebot.diagnosis.evidence.operators import limited, play
-from snakebot.diagnosis.evidence.smoothing import smoothed
+from snakebot.smoothing import smoothed
 
 
 def test_the_floor_of_repeats_is_the_noise_put_in() -> None:

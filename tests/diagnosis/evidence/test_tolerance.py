@@ -11,7 +11,6 @@ from sessions import bench, make_session
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import gather
-from snakebot.diagnosis.evidence.smoothing import smoothed
 from snakebot.diagnosis.evidence.tolerance import (
     ShiftLimits,
     StackedTimes,
@@ -22,6 +21,7 @@ from snakebot.diagnosis.evidence.tolerance import (
 from snakebot.diagnosis.fit.fit_runs import shift_limits
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import nominal_trial
+from snakebot.smoothing import smoothed
 
 T_S = np.arange(400) / 100
 

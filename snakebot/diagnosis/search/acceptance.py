@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from snakebot.arrays import Bools
-from snakebot.diagnosis.evidence.blocks import MeanDifference, mean_difference
+from snakebot.diagnosis.evidence.blocks import MeanDifference
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.trial import Trial
@@ -52,22 +52,22 @@ def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
     if gain.mean <= 0 or not base.hypothesis.terms:
         return gains(gain)
     sides = [scoring.of_ground if j < 0 else scoring.of_angles for j in (min(joints), max(joints))]
-    return gains(gain) or any(
-        _falls(scoring, trial, base, side, rows, clear=gain.z > CLEAR_SE) for side in sides
-    )
+    clear = gain.z > CLEAR_SE
+    return gains(gain) or any(_falls(scoring, trial, base, side, rows, clear=clear) for side in sides)
 
 
 def _falls(scoring: Scoring, trial: Trial, base: Trial, side: Bools, rows: Bools, *, clear: bool) -> bool:
     """Whether a trial leaves clearly less above the allowed mean square than its base; ``clear``: its score says so.
 
-    Else the mean squares must: a fault that shows for a few moments takes away nearly all that is left, and the score
-    over all ``rows`` (B,) that differ hardly sees it.
+    Else the score must on those of the ``rows`` (B,) alone where the two differ by more than is allowed: a fault that
+    shows for a few moments takes nearly all of the excess away, and the score over all that changes hardly sees it.
     """
     if excess(scoring, trial, side) >= (1 - LEAST_FALL) * excess(scoring, base, side):
         return False
-    mine = rows & side
-    fell = (base.held_square - trial.held_square)[mine]
-    return clear or mean_difference(fell, scoring.run[mine]).z > CLEAR_SE
+    much = rows & side & (np.abs(trial.held_square - base.held_square) > scoring.allowed_square)
+    return clear or (
+        bool(much.any()) and scoring.gain(trial.held_square, base.held_square, much).z > CLEAR_SE
+    )
 
 
 def gains(gain: MeanDifference) -> bool:

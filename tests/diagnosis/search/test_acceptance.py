@@ -55,3 +55,21 @@ def test_what_takes_the_mean_square_away_and_loses_by_its_score_does_not_stand(s
     base, other = trial(PLAY, 3.0, 60.0), trial(PLAY_AND_DELAY, 4.5, 30.0)
     assert excess(scoring, other, scoring.of_angles) < 0.9 * excess(scoring, base, scoring.of_angles)
     assert not accepted(scoring, other, base)
+
+
+def test_a_fault_of_a_few_moments_stands_by_what_it_takes_away(scoring: Scoring) -> None:
+    """In most blocks it does next to nothing, now for good and now for ill; in two it is nearly all that is left."""
+    base, better = trial(PLAY, 3.0, 23.0), trial(PLAY_AND_DELAY, 3.0, 23.0)
+    base.held_square[SLOW : SLOW + 2] = [900.0, 700.0]
+    better.held_square[SLOW : SLOW + 2] = [15.0, 30.0]
+    better.held_square[:SLOW:2] *= 1.2
+    better.held_square[1:SLOW:2] *= 0.85
+    assert scoring.gain(better.held_square, base.held_square).z < 2
+    assert accepted(scoring, better, base)
+
+
+def test_a_single_moment_that_gets_better_is_no_cause(scoring: Scoring) -> None:
+    base, better = trial(PLAY, 3.0, 23.0), trial(PLAY_AND_DELAY, 3.05, 23.0)
+    base.held_square[SLOW] = 2000.0
+    better.held_square[SLOW] = 20.0
+    assert not accepted(scoring, better, base)

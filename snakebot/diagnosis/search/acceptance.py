@@ -59,12 +59,14 @@ def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
 def _falls(scoring: Scoring, trial: Trial, base: Trial, side: Bools, rows: Bools, *, clear: bool) -> bool:
     """Whether a trial leaves clearly less above the allowed mean square than its base; ``clear``: its score says so.
 
-    Else the score must on those of the ``rows`` (B,) alone where the two differ by more than is allowed: a fault that
-    shows for a few moments takes nearly all of the excess away, and the score over all that changes hardly sees it.
+    Else the score must on those of the ``rows`` (B,) alone where the two differ by more than the mean of what there is to
+    take away: a fault that shows for a few moments takes nearly all of it, and the score over all hardly sees that.
     """
-    if excess(scoring, trial, side) >= (1 - LEAST_FALL) * excess(scoring, base, side):
+    there = excess(scoring, base, side)
+    if excess(scoring, trial, side) >= (1 - LEAST_FALL) * there:
         return False
-    much = rows & side & (np.abs(trial.held_square - base.held_square) > scoring.allowed_square)
+    change = np.abs(trial.held_square - base.held_square)
+    much = rows & side & (change > there * np.where(scoring.of_ground, scoring.allowed_square, 1.0))
     return clear or (
         bool(much.any()) and scoring.gain(trial.held_square, base.held_square, much).z > CLEAR_SE
     )

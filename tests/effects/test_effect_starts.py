@@ -201,3 +201,9 @@ def test_observed_figures() -> None:
     assert observed.sample_s == pytest.approx(STEP_S)
     assert np.isnan(observed.peak_load_nm).all()
     assert np.all(Observed(ROBOT, recorded(ROBOT, ())).peak_load_nm > 0.1)
+
+
+def test_noise_of_the_readings_is_no_load() -> None:
+    """Differentiated twice, it looks like many times the torque that the joints bore."""
+    plain, noisy = (Observed(ROBOT, recorded(ROBOT, more)) for more in ((), ("encoder_noise:std_deg=0.1",)))
+    assert noisy.peak_load_nm == pytest.approx(plain.peak_load_nm, rel=0.25)

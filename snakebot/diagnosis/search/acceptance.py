@@ -59,8 +59,8 @@ def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
 def _falls(scoring: Scoring, trial: Trial, base: Trial, side: Bools, rows: Bools, *, clear: bool) -> bool:
     """Whether a trial leaves clearly less above the allowed mean square than its base; ``clear``: its score says so.
 
-    Else the score must on those of the ``rows`` (B,) alone where the two differ by more than the mean of what there is to
-    take away: a fault that shows for a few moments takes nearly all of it, and the score over all hardly sees that.
+    Else the score must on those of the ``rows`` (B,) alone where the two differ by more than the mean of what there is
+    to take away: a fault that shows for a few moments takes nearly all of it, and the score over all hardly sees that.
     """
     there = excess(scoring, base, side)
     if excess(scoring, trial, side) >= (1 - LEAST_FALL) * there:

@@ -79,6 +79,15 @@ class Tolerance(_Model):
     mass: NonNegative = 0.03  # relative; chosen
     # Of the simulated forward speed, m/s: what a calibration left on runs that it was not fitted to. None: not known.
     speed_m_s: NonNegative | None = None
+    speed_share: NonNegative | None = (
+        None  # the same over the speed that was measured: what a faster gait may be off
+    )
+
+    def left_of_speed_m_s(self, speed_m_s: float) -> float:
+        """Standard deviation of the error of a simulated speed that a calibration left. A wrong friction is off by a
+        share of the speed, a slip or a wrong pose by as much at any speed: whichever is more.
+        """
+        return max(self.speed_m_s or 0.0, (self.speed_share or 0.0) * abs(speed_m_s))
 
 
 class JointServo(_Model):
@@ -225,8 +234,9 @@ class Robot(_Model):
         body = data.pop("body")
         if data["servos"] is None:
             del data["servos"]
-        if data["tolerance"]["speed_m_s"] is None:
-            del data["tolerance"]["speed_m_s"]
+        for left in ("speed_m_s", "speed_share"):
+            if data["tolerance"][left] is None:
+                del data["tolerance"][left]
         if not data["intervals"]:
             del data["intervals"]
         if body is not None:

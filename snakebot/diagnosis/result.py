@@ -172,6 +172,7 @@ class SpeedClosure(_Part):
     unit: Literal["m/s"] = "m/s"
     error_before: float
     error_after: float
+    rms_measured: float | None = None  # of the speed itself, on the same runs
     floor: float | None
     closed: float | None
     ci95: Interval | None = None
@@ -315,6 +316,8 @@ class Diagnosis(_Part):
             data["verdict"] = "unexplained" if self.verdict == "partly" else self.verdict
             for name in ("nominal", "budget", "budget_rest", "sentence", "advice"):
                 del data[name]
+            if data["closure"]["forward_speed"] is not None:
+                del data["closure"]["forward_speed"]["rms_measured"]
             del data["closure"]["by_joint"], data["where"]["stages"], data["where"]["stages_in_words"]
             for entry in data["ranking"]:
                 del entry["parameters"], entry["rms_after"], entry["worse_in"]

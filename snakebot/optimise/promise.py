@@ -20,7 +20,7 @@ from snakebot.optimise.shape import Amplitudes
 from snakebot.optimise.space import Space
 
 if TYPE_CHECKING:
-    from snakebot.robot import Robot
+    from snakebot.robot import Robot, Tolerance
 
 DRAWS = 40  # robots behind an interval; chosen
 
@@ -107,9 +107,8 @@ def promises(
         many = Simulator(
             drawn(robot, options), torque_nm=options.torque_nm, progress=progress, workers=workers
         )(table)
-    extra = robot.tolerance.speed_m_s or 0.0
     return [
-        promise_of(what, gait, outcomes, i, space, many, extra, options.seed)
+        promise_of(what, gait, outcomes, i, space, many, robot.tolerance, options.seed)
         for i, (what, gait) in enumerate(gaits)
     ]
 
@@ -127,10 +126,12 @@ def promise_of(
     at: int,
     space: Space,
     many: Outcomes | None = None,
-    extra_m_s: float = 0.0,
+    tolerance: Tolerance | None = None,
     seed: int = 0,
 ) -> Promise:
-    """The promise of the gait that stands ``at`` a place of ``outcomes``; intervals from those of ``many`` robots."""
+    """The promise of the gait that stands ``at`` a place of ``outcomes``; intervals from those of ``many`` robots, and
+    from what a calibration left of the speed (``tolerance``).
+    """
     speed, power = float(outcomes.speed_m_s[0, at]), float(outcomes.power_in_w[0, at])
     alpha, beta, omega = (float(v) for v in gait[:3])
     promise = Promise(
@@ -141,10 +142,11 @@ def promise_of(
     )  # fmt: skip
     if many is None:
         return promise
+    left_m_s = 0.0 if tolerance is None else tolerance.left_of_speed_m_s(speed)
     return Promise(
         **{
             **vars(promise),
-            "speed_ci95": interval(many.speed_m_s[:, at], extra_m_s, seed),
+            "speed_ci95": interval(many.speed_m_s[:, at], left_m_s, seed),
             "power_ci95": interval(many.power_in_w[:, at], 0.0),
             "speed_worst_m_s": float(many.speed_m_s[:, at].min()),
             "power_worst_w": float(many.power_in_w[:, at].max()),

@@ -11,7 +11,10 @@ from test_result_schema import FOUND
 from snakebot.diagnosis.result import SpeedClosure
 from snakebot.diagnosis.show.apply import calibrated
 from snakebot.effects import parse_effect
+from snakebot.errors import BadInputError
+from snakebot.gait import Gait
 from snakebot.optimise.posterior import draws, interval, is_known
+from snakebot.optimise.promise import Options, promises, row_of
 from snakebot.robot import Interval, Provenance, Robot, load_robot
 
 ROBOT = load_robot("penn_state")
@@ -24,6 +27,19 @@ def fitted(effect: str, name: str, ci95: tuple[float, float]) -> Robot:
     known = Interval(number=f"{key}.{name}", joints=spec.joints or (), estimate=spec.value(name), ci95=ci95)
     note = Provenance(status="fitted", source="a fit")
     return ROBOT.model_copy(update={"effects": (effect,), "intervals": (known,), "provenance": {key: note}})
+
+
+WALKED = FOUND.model_copy(
+    update={
+        "closure": FOUND.closure.model_copy(
+            update={
+                "forward_speed": SpeedClosure(
+                    error_before=0.05, error_after=0.004, rms_measured=0.2, floor=0.001, closed=0.99
+                )
+            }
+        )
+    }
+)
 
 
 def test_draws_have_the_interval_that_is_written() -> None:
@@ -68,6 +84,34 @@ def test_a_calibrated_robot_keeps_its_intervals_in_a_file(tmp_path: Path) -> Non
 
 
 def test_what_is_left_of_the_speed_is_the_tolerance_of_the_speed() -> None:
-    speed = SpeedClosure(error_before=0.05, error_after=0.004, floor=0.001, closed=0.99)
-    found = FOUND.model_copy(update={"closure": FOUND.closure.model_copy(update={"forward_speed": speed})})
-    assert calibrated(ROBOT, found).tolerance.speed_m_s == 0.004
+    made = calibrated(ROBOT, WALKED)
+    assert (made.tolerance.speed_m_s, made.tolerance.speed_share) == (0.004, 0.02)
+    assert made.tolerance.left_of_speed_m_s(0.1) == 0.004
+    assert made.tolerance.left_of_speed_m_s(-0.5) == 0.01
+
+
+def test_a_robot_without_a_gap_is_given_the_tolerance_of_its_speed_alone() -> None:
+    found = WALKED.model_copy(update={"verdict": "no_gap", "causes": ()})
+    made = calibrated(ROBOT, found)
+    assert made == ROBOT.model_copy(update={"tolerance": made.tolerance})
+    assert made.tolerance.speed_share == 0.02
+
+
+@pytest.mark.parametrize("verdict", ["unexplained", "no_gap"])
+def test_what_nothing_is_learnt_from_is_refused(verdict: str) -> None:
+    speed = WALKED if verdict == "unexplained" else FOUND
+    with pytest.raises(BadInputError, match=f"the verdict is {verdict}: there is no effect to add"):
+        calibrated(ROBOT, speed.model_copy(update={"verdict": verdict, "causes": ()}))
+
+
+def test_a_faster_gait_may_be_off_by_as_large_a_share_of_its_speed() -> None:
+    known = ROBOT.model_copy(update={"tolerance": calibrated(ROBOT, WALKED).tolerance})
+    gaits = [("slow", row_of(Gait.from_degrees(20, 80, 0.5))), ("fast", row_of(Gait.from_degrees(40, 60, 3)))]
+    options = Options(draws=39)
+    wider = []
+    for less, more in zip(promises(ROBOT, gaits, options), promises(known, gaits, options), strict=True):
+        assert less.speed_ci95
+        assert more.speed_ci95
+        wider.append(np.ptp(more.speed_ci95) ** 2 - np.ptp(less.speed_ci95) ** 2)
+        assert more.power_ci95 == less.power_ci95
+    assert 0 < wider[0] < wider[1]

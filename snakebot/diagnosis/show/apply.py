@@ -2,46 +2,54 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from snakebot.diagnosis.result import Cause, Diagnosis
+from snakebot.diagnosis.result import Cause, Closure, Diagnosis
 from snakebot.effects.spec import parse_effect
 from snakebot.errors import BadInputError
-from snakebot.robot import Interval, Provenance, Robot
+from snakebot.robot import Interval, Provenance, Robot, Tolerance
 
 
 def calibrated(robot: Robot, diagnosis: Diagnosis) -> Robot:
     """``robot`` with the causes of a gap, wholly or partly explained, added to its own effects, and their source.
 
     The intervals of their parameters go along, and as the tolerance of its speed the error that is left on runs that
-    nothing was fitted to.
+    nothing was fitted to. Of a robot without a gap that is all that is added: how far its speed is known.
 
     Raises:
-        BadInputError: the diagnosis explains nothing that could be added.
+        BadInputError: the diagnosis says nothing that could be added.
     """
-    if diagnosis.verdict not in ("explained", "partly") or not diagnosis.causes:
+    causes = diagnosis.causes if diagnosis.verdict in ("explained", "partly") else ()
+    tolerance = _tolerance_of_speed(robot.tolerance, diagnosis.closure)
+    if not causes and (diagnosis.verdict != "no_gap" or tolerance is None):
         raise BadInputError(
             f"--apply: the verdict is {diagnosis.verdict}: there is no effect to add to the robot's description"
         )
-    effects = tuple(dict.fromkeys((*robot.effects, *(cause.specification for cause in diagnosis.causes))))
+    effects = tuple(dict.fromkeys((*robot.effects, *(cause.specification for cause in causes))))
     runs = len(diagnosis.closure.held_out_runs)
     notes = {
         f"effects.{cause.effect}": Provenance(
             status="fitted",
             source=f"snakebot diagnose, {runs} held-out runs, probability {cause.probability:.2f}",
         )
-        for cause in diagnosis.causes
+        for cause in causes
     }
-    found = [interval for cause in diagnosis.causes for interval in _intervals(cause)]
-    changed: dict[str, Any] = {
-        "effects": effects,
-        "intervals": (*robot.intervals, *found),
-        "provenance": {**robot.provenance, **notes},
-    }
-    speed = diagnosis.closure.forward_speed
-    if speed is not None and diagnosis.closure.held_out_runs:
-        changed["tolerance"] = robot.tolerance.model_copy(update={"speed_m_s": speed.error_after})
-    return robot.model_copy(update=changed)
+    found = [interval for cause in causes for interval in _intervals(cause)]
+    return robot.model_copy(
+        update={
+            "effects": effects,
+            "intervals": (*robot.intervals, *found),
+            "provenance": {**robot.provenance, **notes},
+            "tolerance": tolerance or robot.tolerance,
+        }
+    )
+
+
+def _tolerance_of_speed(stated: Tolerance, closure: Closure) -> Tolerance | None:
+    """The stated tolerances, with that of the speed as it was measured; None where it was not."""
+    speed = closure.forward_speed
+    if speed is None or not closure.held_out_runs:
+        return None
+    share = speed.error_after / speed.rms_measured if speed.rms_measured else None
+    return stated.model_copy(update={"speed_m_s": speed.error_after, "speed_share": share})
 
 
 def _intervals(cause: Cause) -> list[Interval]:

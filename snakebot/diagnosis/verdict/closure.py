@@ -193,6 +193,7 @@ def speed_closure(
     return SpeedClosure(
         error_before=float(np.sqrt(e2)),
         error_after=float(np.sqrt(a2)),
+        rms_measured=float(np.sqrt(np.square(speeds.measured).mean())),
         floor=floor,
         closed=closed,
         ci95=interval,

@@ -23,7 +23,14 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, bounds
 from snakebot.diagnosis.fit.least_squares import linearised, minimise, refit, wide_allowance
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.diagnosis.fit.trial import Trial, run_trial
-from snakebot.diagnosis.search.acceptance import CLEAR_SE, LEAST_FALL, accepted, closes_more, excess
+from snakebot.diagnosis.search.acceptance import (
+    CLEAR_SE,
+    LEAST_FALL,
+    LEAST_GAIN,
+    accepted,
+    closes_more,
+    excess,
+)
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import kinds
 from snakebot.diagnosis.search.library import Library
@@ -48,14 +55,12 @@ class Wear:
         joints: (U,) 1-based.
         theta: (U, p) parameters of each joint, effect by effect.
         kept: (U, K) effects that a joint cannot do without.
-        left_square: (B,) mean squares that all of them together leave of the angles.
     """
 
     terms: tuple[Term, ...]
     joints: tuple[int, ...]
     theta: Floats
     kept: Bools
-    left_square: Floats
 
     def added_to(self, base: Hypothesis, theta: Floats) -> Candidate | None:
         """``base`` at ``theta`` with the effects that joints cannot do without; None where there are none.
@@ -91,17 +96,18 @@ def with_wear(
 
     ``fits``: of single effects, those that may be the fault among them, as fitted.
     """
-    wear = worn(evidence, library, nominal)
-    if wear is None:
+    whole = worn(evidence, library, nominal)
+    if whole is None:
         return evidence, None
-    evidence = evidence.with_misfit(wear.left_square)
-    alone = _accepted(evidence, nominal, first, wear.added_to(nominal.hypothesis, nominal.theta))
+    evidence = evidence.with_misfit(whole.left_square)
+    alone = _accepted(evidence, nominal, first, whole.spared().added_to(nominal.hypothesis, nominal.theta))
     best = alone or first
     beside = []
     for fault in _faults(evidence.scoring, nominal, first, fits):
-        wear = worn(evidence, library, fault)
-        with_fault = None if wear is None else wear.added_to(fault.hypothesis, fault.theta)
-        beside.append(_accepted(evidence, nominal, best, with_fault))
+        with_fault = worn(evidence, library, fault)
+        if with_fault is not None and with_fault.leaves_less_than(whole):
+            candidate = with_fault.spared().added_to(fault.hypothesis, fault.theta)
+            beside.append(_accepted(evidence, nominal, best, candidate))
     found = [trial for trial in beside if trial is not None]
     return evidence, max(found, key=lambda t: t.score(evidence.scoring), default=alone)
 
@@ -138,8 +144,8 @@ def _accepted(evidence: Evidence, nominal: Trial, base: Trial, candidate: Candid
     return trial if stands else None
 
 
-def worn(evidence: Evidence, library: Library, base: Trial) -> Wear | None:
-    """The everyday effects on every joint where ``base`` leaves a gap; None where there is nothing to try."""
+def worn(evidence: Evidence, library: Library, base: Trial) -> Whole | None:
+    """All everyday effects on every joint where ``base`` leaves a gap; None where there is nothing to try."""
     gap = gap_of(evidence.scoring, base.held_square).significant
     joints = tuple(int(j) + 1 for j in np.flatnonzero(gap))
     terms = tuple(
@@ -155,7 +161,7 @@ def worn(evidence: Evidence, library: Library, base: Trial) -> Wear | None:
         if term.effect not in {t.effect for t in terms}
         for spec in term.specs(values.tolist())
     ]
-    return _spared(_Bench(evidence, terms, joints, rest), library)
+    return _whole(_Bench(evidence, terms, joints, rest), library)
 
 
 class _Bench:
@@ -250,8 +256,8 @@ def _start(bench: _Bench, library: Library) -> Floats:
     return np.array(rows)
 
 
-def _spared(bench: _Bench, library: Library) -> Wear:
-    """Fit all, then take out of each joint what it can do without, the least of it first."""
+def _whole(bench: _Bench, library: Library) -> Whole:
+    """Fit all: by least squares first, then with the loss of the score."""
     allowed = bench.evidence.angles.allowed_square
     every = np.ones((len(bench.joints), len(bench.terms)), dtype=bool)
     begin = _start(bench, library)
@@ -260,27 +266,60 @@ def _spared(bench: _Bench, library: Library) -> Wear:
     theta = minimise(replace(problem, allowed_square=wide), begin, FIRST_STEPS, covariance=False).theta
     spread = _as_wide_as(bench, bench.square(bench.residual(theta, every)))
     theta = minimise(bench.problem(every, spread), theta, LAST_STEPS, covariance=False).theta
-    left = bench.square(bench.residual(theta, every))
-    spread = _as_wide_as(bench, left)
+    return Whole(bench, theta, bench.square(bench.residual(theta, every)))
 
-    def without(kept: Bools, start: Floats) -> tuple[Floats, Floats]:
-        found = minimise(bench.problem(kept, spread), start, LESS_STEPS, covariance=False).theta
-        return found, bench.held_square(found, kept, spread)
 
-    whole = bench.held_square(theta, every, spread)
-    kept = every.copy()
-    order = np.argsort(_losses(bench, theta, spread), axis=1, kind="stable")
-    for turn in range(len(bench.terms)):
-        less = kept.copy()
-        less[np.arange(len(bench.joints)), order[:, turn]] = False
-        fitted, square = without(less, theta)
-        for u, j in enumerate(bench.columns):
-            lost = _gain(
-                bench, j, spread, whole, square
-            )  # by all that was taken out so far: many a little is much
-            if lost.z <= CLEAR_SE or lost.mean <= LEAST_LOSS:
-                kept[u], theta[u] = less[u], fitted[u]
-    return Wear(bench.terms, bench.joints, theta, kept, left)
+@dataclass(frozen=True, eq=False)
+class Whole:
+    """All everyday effects together, as fitted.
+
+    Attributes:
+        theta: (U, p) parameters of each joint, effect by effect.
+        left_square: (B,) mean squares that they leave of the angles.
+    """
+
+    bench: _Bench
+    theta: Floats
+    left_square: Floats
+
+    def leaves_less_than(self, other: Whole) -> bool:
+        """Whether it leaves so much less than ``other`` does that what it is beside may stand: in mean square or in
+        score, as of a further effect.
+        """
+        angles = self.bench.evidence.angles
+        rows = (self.bench.size > 0) & self.bench.evidence.scoring.decides[: angles.blocks.count]
+        allowed = angles.allowed_square[rows]
+        mine, its = (np.maximum(whole.left_square[rows] - allowed, 0.0) for whole in (self, other))
+        if mine.sum() < (1 - LEAST_FALL) * its.sum():
+            return True
+        changed = np.abs(mine - its) > CHANGED * allowed
+        spread = _as_wide_as(self.bench, other.left_square)[rows]
+        gain = 0.5 * (np.log1p(its / spread) - np.log1p(mine / spread))[changed]
+        return bool(gain.sum() > LEAST_GAIN * gain.size)
+
+    def spared(self) -> Wear:
+        """Take out of each joint what it can do without, the least of it first."""
+        bench, theta = self.bench, self.theta.copy()
+        every = np.ones((len(bench.joints), len(bench.terms)), dtype=bool)
+        spread = _as_wide_as(bench, self.left_square)
+
+        def without(kept: Bools, start: Floats) -> tuple[Floats, Floats]:
+            found = minimise(bench.problem(kept, spread), start, LESS_STEPS, covariance=False).theta
+            return found, bench.held_square(found, kept, spread)
+
+        whole = bench.held_square(theta, every, spread)
+        kept = every.copy()
+        order = np.argsort(_losses(bench, theta, spread), axis=1, kind="stable")
+        for turn in range(len(bench.terms)):
+            less = kept.copy()
+            less[np.arange(len(bench.joints)), order[:, turn]] = False
+            fitted, square = without(less, theta)
+            for u, j in enumerate(bench.columns):
+                # against the whole: many a little is much
+                lost = _gain(bench, j, spread, whole, square)
+                if lost.z <= CLEAR_SE or lost.mean <= LEAST_LOSS:
+                    kept[u], theta[u] = less[u], fitted[u]
+        return Wear(bench.terms, bench.joints, theta, kept)
 
 
 def _losses(bench: _Bench, theta: Floats, spread_square: Floats) -> Floats:

@@ -81,15 +81,24 @@ class HealthWatch:
         for joint in heard:
             trouble = self._trouble(joint)
             if trouble is not None and joint.number not in self._troubles:
-                # a damaged answer passes Feetech's check once in 256: nothing is believed before it is said twice
-                for block in blocks:
-                    self._look(block, [joint])
-                again = self._trouble(joint)
-                trouble = again if again is not None and again.code is trouble.code else None
+                trouble = self._said_again(joint, trouble)
             self._judge(joint, trouble)
             if trouble is None and joint.number in powered and not self._has_its_settings(joint):
                 # a damaged write has passed the servo's check
                 self._settings.mend(self._master, joint.number)
+
+    def _said_again(self, joint: Joint, trouble: HardwareFault) -> HardwareFault | None:
+        """What a servo says of its trouble when it is asked once more; None: something else, or nothing.
+
+        A damaged answer passes Feetech's check once in 256: nothing is believed before it is said twice.
+        """
+        self._sensors[
+            joint.number
+        ].clear()  # where the second answer is lost, the first must not stand for it
+        for block in _BLOCKS[self._model.family]:
+            self._look(block, [joint])
+        again = self._trouble(joint)
+        return again if again is not None and again.code is trouble.code else None
 
     def _look(self, block: tuple[str, str], joints: Sequence[Joint]) -> list[Joint]:
         """Read a span of registers of servos; the joints that answered and said whether they have an error."""

@@ -124,7 +124,10 @@ def test_a_reading_that_cannot_be_is_asked_again() -> None:
     assert max(map(abs, angles)) <= 1
 
 
-def test_one_bad_look_at_a_servo_is_no_fault() -> None:
+@pytest.mark.parametrize("second", ["heard", "lost"])
+@pytest.mark.parametrize("part", ["torque off", "angle sensor"])
+def test_one_bad_look_at_a_servo_is_no_fault(part: str, second: str) -> None:
+    """It is asked once more before it is believed; where that answer is lost, the first is not taken for both."""
     rig, _, _ = on_a_bad_line("sts3215", Rates())
     rig.bench.fresh()
     here = rig.bench.arm()
@@ -138,10 +141,15 @@ def test_one_bad_look_at_a_servo_is_no_fault() -> None:
         said = b"".join(packets)  # type: ignore[arg-type]
         if truth in said and not lies:
             lies += 1
-            return said.replace(truth, rig.master.dialect.answer(2, 0, b"\0" + block[1:]))
+            damaged = bytearray(block)
+            damaged[0 if part == "torque off" else 65 - 40] = 0 if part == "torque off" else 1 << 1
+            return said.replace(truth, rig.master.dialect.answer(2, 0, bytes(damaged)))
+        if truth in said and lies == 1 and second == "lost":
+            lies += 1
+            return said.replace(truth, b"")
         return said
 
     rig.bus.to_host = lie
     rig.stream(0.3, here)
-    assert lies
+    assert lies == (2 if second == "lost" else 1)
     assert rig.board.mode is Mode.ARMED

@@ -117,7 +117,7 @@ def search(
     untested = not best.hypothesis.terms
     predicted = best
     if untested:
-        predicted = _only_fitted(scoring, nominal, singles)
+        predicted = only_fitted(scoring, nominal, singles)
         if (
             predicted.hypothesis.terms
         ):  # nothing is held out now: what else was tried is compared by its fit as well
@@ -246,19 +246,25 @@ def as_fitted(evidence: Evidence, trial: Trial) -> Trial:
     return run_trial(evidence, trial.hypothesis, [trial.theta], cross=False)
 
 
-def _only_fitted(scoring: Scoring, nominal: Trial, singles: Sequence[Trial]) -> Trial:
-    """Where nothing stands on motions left out, because only one shows it: the effect that accounts for it whole."""
+def only_fitted(scoring: Scoring, nominal: Trial, singles: Sequence[Trial]) -> Trial:
+    """Where nothing stands on motions left out, because only one shows it: the effect that accounts for it whole.
+
+    Such an effect says nothing of the motion that shows it while that one is left out. What then predicts it worse than
+    no effect at all is not untested but refuted.
+    """
     gap = gap_of(scoring, nominal.held_square)
     sides = [scoring.of_angles] * bool(gap.significant.any()) + [scoring.of_ground] * gap.ground_significant
-    whole = [
-        t
-        for t in singles
-        if all(
-            excess(scoring, replace(t, held_square=t.fitted_square), side)
-            < LEAST_LEFT * excess(scoring, nominal, side)
-            for side in sides
+
+    def whole_and_harmless(trial: Trial) -> bool:
+        fitted = replace(trial, held_square=trial.fitted_square)
+        gaps = [(excess(scoring, nominal, side), side) for side in sides]
+        return all(
+            excess(scoring, fitted, side) < LEAST_LEFT * there
+            and excess(scoring, trial, side) < (1 + LEAST_LEFT) * there
+            for there, side in gaps
         )
-    ]
+
+    whole = [trial for trial in singles if whole_and_harmless(trial)]
     return min(
         whole,
         key=lambda t: (t.theta.size, -t.fitted_score(scoring)),

@@ -15,6 +15,7 @@ from snakebot.diagnosis.fit.fit_runs import fit_runs
 from snakebot.diagnosis.fit.fold_fits import FOLD_STEPS
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.search.search import only_fitted
 from snakebot.diagnosis.show.words import headline
 from snakebot.robot import Robot
 from snakebot.runlog import Run, Session
@@ -83,6 +84,17 @@ def test_a_body_effect_is_absent_where_no_other_run_has_a_pose() -> None:
 
 def _blindfold(run: Run) -> Run:
     return replace(run, pose=None)
+
+
+def test_what_predicts_the_motion_left_out_worse_than_nothing_is_refuted_and_not_untested(
+    seen_once: Session,
+) -> None:
+    evidence = gather(prepare(seen_once))
+    nominal = run_trial(evidence, Hypothesis(()), [])
+    shown = run_trial(evidence, Hypothesis((Term("rate_limit", None),)), [np.array([1.3])])
+    assert only_fitted(evidence.scoring, nominal, [shown]) is shown
+    refuted = replace(shown, held_square=10.0 * nominal.held_square)
+    assert only_fitted(evidence.scoring, nominal, [refuted]) is nominal
 
 
 def test_a_cause_that_one_motion_shows_is_a_guess_and_not_closed(seen_once: Session) -> None:

@@ -32,6 +32,7 @@ QUARTERS, SHORTEST_S = (
 )  # windows a cycle, and the length (s) below which the pose's noise rules; chosen
 POSE_SMOOTH_S = 0.2  # span of the cubics through a pose, s; chosen
 HOLE_S = 0.1  # without a row, above which joint angles are not known well enough for a replay, s; chosen
+NOISE_DRAWS = 8  # of the noise of a pose, to see what it does to velocities; chosen
 REGAINED_S = 1.0  # after a hole, for the simulated body to have regained the pace of the real one, s; chosen
 
 FORWARD, LATERAL, TURN = 0, 1, 2  # what a feature of the motion over ground is
@@ -91,11 +92,14 @@ def measured_ground(data: Data, like: Set[tuple[int, int]]) -> GroundFeatures | 
     windows: list[Window] = []
     for index, run in enumerate(data.runs):
         windows += [w for w in _windows(index, run) if not broken(run, w.start_s, w.end_s)]
-    poses = {
-        index: _smoothed_pose(run.t_s, run.pose)
-        for index, run in enumerate(data.runs)
-        if run.pose is not None
-    }
+    poses: dict[int, Floats] = {}
+    noise_square: dict[int, Floats] = {}
+    for index, run in enumerate(data.runs):
+        mine = [window for window in windows if window.run == index]
+        if run.pose is not None:
+            poses[index] = _smoothed_pose(run.t_s, run.pose)
+        if run.pose is not None and mine:
+            noise_square[index] = _noise_square(run.t_s, run.pose, poses[index], mine)
     values: list[float] = []
     window_of: list[int] = []
     kinds: list[int] = []
@@ -114,7 +118,11 @@ def measured_ground(data: Data, like: Set[tuple[int, int]]) -> GroundFeatures | 
     if not values:
         return None
     value, what, of = np.array(values), np.array(kinds, dtype=np.int64), np.array(window_of, dtype=np.int64)
-    floor, from_repeats = _floor(windows, value, what, of, like)
+    still = np.zeros(3)  # a forward speed alone has no noise that we could see
+    noise = np.array(
+        [noise_square.get(windows[n].run, still)[k] for n, k in zip(window_of, kinds, strict=True)]
+    )
+    floor, from_repeats = _floor(windows, value, what, of, like, noise)
     return GroundFeatures(tuple(windows), value, of, what, floor, from_repeats)
 
 
@@ -177,6 +185,31 @@ def steady_span(run: PreparedRun) -> tuple[float, float]:
         if cycles >= 1:
             return end - cycles * period, end
     return half, end
+
+
+def _noise_square(t_s: Floats, pose: Floats, smooth: Floats, windows: Sequence[Window]) -> Floats:
+    """(3,) variance of forward and lateral velocity and turn rate of a run's windows by the noise of its pose.
+
+    What the smoothing takes off the pose is its noise. How much of it is still in the velocities is seen by smoothing
+    white noise.
+    """
+    rng = np.random.default_rng(0)
+    white = [np.where(np.isfinite(pose), rng.normal(size=pose.shape), np.nan) for _ in range(NOISE_DRAWS)]
+    left = [_smoothed_pose(t_s, noise) for noise in white]
+    taken = np.mean([_square(noise - rest) for noise, rest in zip(white, left, strict=True)], axis=0)
+    scale = np.sqrt(np.divide(_square(pose - smooth), taken, out=np.zeros(3), where=taken > 0))
+    base = np.array([window_features(t_s, smooth, window) for window in windows])
+    shaken = [
+        np.array([window_features(t_s, smooth + scale * rest, window) for window in windows]) - base
+        for rest in left
+    ]
+    return _square(np.concatenate(shaken))
+
+
+def _square(table: Floats) -> Floats:
+    """Mean square of each column, over what is known of it; zero where nothing is."""
+    known = np.isfinite(table)
+    return np.asarray(np.square(np.where(known, table, 0.0)).sum(axis=0) / np.maximum(known.sum(axis=0), 1))
 
 
 def window_features(t_s: Floats, pose: Floats, window: Window) -> tuple[float, float, float]:
@@ -314,9 +347,16 @@ def _other_span(data: Data, window: Window, start: float) -> Window:
 
 
 def _floor(
-    windows: list[Window], value: Floats, kind: Ints, of: Ints, like: Set[tuple[int, int]]
+    windows: list[Window],
+    value: Floats,
+    kind: Ints,
+    of: Ints,
+    like: Set[tuple[int, int]],
+    noise_square: Floats,
 ) -> tuple[Floats, bool]:
-    """Variance of each feature: from windows of repeats that coincide, at least the resolution of the measurement."""
+    """Variance of each feature: from windows of repeats that coincide, at least the resolution of the measurement and
+    the noise of its pose.
+    """
     least = np.where(
         kind == TURN, TURN_RESOLUTION_RAD_S, SPEED_RESOLUTION_M_S + SPEED_ACCURACY * np.abs(value)
     )
@@ -330,7 +370,7 @@ def _floor(
     squares: dict[int, list[float]] = {FORWARD: [], LATERAL: [], TURN: []}
     for (_, what, _), group in place.items():
         squares[what] += [0.5 * (a - b) ** 2 for (i, a), (j, b) in combinations(group, 2) if (i, j) in like]
-    floor = np.square(least)
+    floor = np.square(least) + noise_square
     for what, found in squares.items():
         if found:
             rows = kind == what

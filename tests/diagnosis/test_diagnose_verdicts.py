@@ -193,6 +193,26 @@ def test_stretches_without_power_are_not_fitted() -> None:
     assert any("off in 25%" in warning for warning in found.warnings)
 
 
+def test_lost_set_points_say_nothing_of_the_ground() -> None:
+    """The readings are samples: between them a servo that misses set-points jumps, and the body with it."""
+    robot, runs = snake(), []
+    for number, run in enumerate(make_session(robot, pose=True).runs):
+        lost = np.random.default_rng(number).random(len(run)) < 0.4
+        lost[0] = False
+        arrived = run.command_rad[np.maximum.accumulate(np.where(lost, 0, np.arange(len(run))))]
+        made = predict(robot, (), run.t_s, arrived)
+        assert made.motion is not None
+        slower = np.column_stack([0.8 * made.motion.com_m, made.motion.heading_rad])
+        runs.append(replace(run, measured_rad=made.encoder_rad, pose=slower))
+    found = diagnose(Session(robot, tuple(runs)), quick=True)
+    assert [cause.effect for cause in found.causes] == ["command_loss"]
+    assert found.verdict == "explained"
+    assert found.unexplained.share == 0.0
+    (warning,) = (w for w in found.warnings if "motion over ground" in w)
+    assert warning.startswith("servos jump between samples too much")
+    assert "falls from" not in summary(found)
+
+
 @pytest.mark.parametrize("probability", [0.1, 0.4])
 def test_lost_set_points_are_found_in_the_scatter(probability: float) -> None:
     robot = bench(3)

@@ -76,6 +76,9 @@ def effect_on_error(found: Diagnosis) -> list[str]:
     if found.verdict in ("no_gap", "unexplained") or not found.causes:
         return []
     angle, speed = found.closure.joint_angle, found.closure.forward_speed
+    known = [effect_of(cause) for cause in found.causes]
+    if angle.closed is None and all(effect is not None and "scatter" in effect.shows_in for effect in known):
+        return ["It shows in how the readings scatter; in the mean they are as predicted."]
     held = "runs it was not fitted to" if found.closure.held_out_runs else "the runs it was fitted to"
     if over_ground(found) and speed is not None:
         fall = f"from {three(speed.error_before)} to {three(speed.error_after)} m/s"

@@ -106,10 +106,11 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     warnings: list[str] = []
     gap = gap_of(scoring, found.nominal.held_square)
     noise = noisy_encoders(evidence.data, evidence.floor) if options.may_name(noise_effect().name) else None
-    if noise is not None and gap.ground_significant and not gap.significant.any():
-        # the motion over ground is told from the readings, and these shake: an effect of the body would be a guess
+    # the motion over ground is told from the readings: where they are not the motion, an effect of the body is a guess
+    why_not = _why_no_ground(found, noise) if not gap.significant.any() else None
+    if why_not is not None and gap.ground_significant:
         gap = replace(gap, ground_significant=False)
-        warnings.append("the encoders are too noisy to say anything about the motion over ground")
+        warnings.append(f"{why_not} to say anything about the motion over ground")
     nothing = not gap.any and not found.seen_in_scatter
     best, predicted = (found.nominal, found.nominal) if nothing else (found.best, found.predicted)
     if found.untested and best.hypothesis.terms:
@@ -119,13 +120,16 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     held_out = held_out_rest(evidence, found.nominal, best)
     if held_out is not None and noise is not None and not held_out.gap.significant.any():
         held_out = None
+    rest = rest_of(evidence, found.nominal, best)
+    if why_not is not None:
+        rest = replace(rest, gap=replace(rest.gap, ground_significant=False))
     facts = Facts(
         gap=gap,
         explanation=bool(best.hypothesis.terms),
-        rest=rest_of(evidence, found.nominal, best),
+        rest=rest,
         noisy=noise is not None,
         in_scatter=found.seen_in_scatter,
-        in_scatter_alone=found.seen_in_scatter and not gap.significant.any(),
+        in_scatter_alone=found.seen_in_scatter and not gap.any,
         floor_hides_gap=bool(doubts),
         rest_held_out=held_out,
     )
@@ -149,6 +153,13 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     if held_out is None or decide(replace(facts, rest_held_out=None)) in ("partly", "unexplained"):
         return told
     return _in_held_out_runs(evidence, told, held_out)
+
+
+def _why_no_ground(found: SearchResult, noise: EncoderScatter | None) -> str | None:
+    """Why readings that are right in the mean do not tell the motion over ground; None: they do."""
+    if noise is not None:
+        return "the encoders are too noisy"
+    return "servos jump between samples too much, for set-points are lost," if found.seen_in_scatter else None
 
 
 def _in_held_out_runs(evidence: Evidence, told: Judgement, rest: Rest) -> Judgement:

@@ -22,6 +22,7 @@ def answer(
     joints: tuple[int, ...] = (),
     *causes: tuple[str, float, tuple[str, ...], dict[str, tuple[float, float, float]]],
     closed: float | None = 0.99,
+    left_rad: float = 0.003,
 ) -> Any:
     return {
         "verdict": verdict,
@@ -35,7 +36,7 @@ def answer(
             }
             for e, p, group, values in causes
         ],
-        "closure": {"joint_angle": {"closed": closed}},
+        "closure": {"joint_angle": {"closed": closed, "rms_after": left_rad}},
     }
 
 
@@ -94,6 +95,18 @@ def test_a_cause_cannot_be_right_when_it_was_left_out() -> None:
     assert table((left, sure))["left_out"].value == 0.0
     assert table((left, unsure))["left_out"].value == 1.0
     assert table((left, sure))["brier"].value == pytest.approx(0.9025)
+
+
+def test_another_of_its_kind_will_do_where_it_foretells_as_well() -> None:
+    left = label("left_out", ("rate_limit", "servo", [3], {}))
+    for effect, left_rad, right in (
+        ("voltage_sag", 0.0015, 1.0),
+        ("voltage_sag", 0.0025, 0.0),
+        ("servo_lag", 0.0015, 0.0),
+    ):
+        said = answer("explained", "servo", (3,), (effect, 0.95, (), {}), left_rad=left_rad)
+        assert table((left, said))["left_out_alike"].value == right
+    assert table((left, None))["left_out_alike"].value == 0.0
 
 
 def test_faint_effects_are_in_the_power_table_only() -> None:

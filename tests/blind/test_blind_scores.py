@@ -4,7 +4,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from blind.scores import calibration_error, confusion, figures, power, wilson
+from blind.scores import (
+    calibration_error,
+    calibration_error_beyond_chance,
+    confusion,
+    figures,
+    power,
+    wilson,
+)
 
 
 def label(
@@ -142,3 +149,12 @@ def test_features_tell_an_offset_from_a_late_servo() -> None:
     assert late[0] == pytest.approx(0.0, abs=0.01)
     assert late[3] == pytest.approx(0.04, rel=0.2)  # two samples
     assert offset[3] == pytest.approx(0.0, abs=0.005)
+
+
+def test_chance_is_no_error_of_calibration() -> None:
+    rng = np.random.default_rng(1)
+    said = rng.random((100, 60))
+    fair = [calibration_error_beyond_chance(p, (rng.random(60) < p).astype(float)) for p in said[:30]]
+    assert np.mean([calibration_error(p, (rng.random(60) < p).astype(float)) for p in said[:30]]) > 0.1
+    assert abs(np.mean(fair)) < 0.015
+    assert calibration_error_beyond_chance(np.full(200, 0.9), np.zeros(200)) == pytest.approx(0.88, abs=0.02)

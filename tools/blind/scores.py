@@ -13,6 +13,7 @@ from blind.worn_scores import LEAST, dominant_named, share_errors
 
 PLAIN = 2.7  # reached size from which an effect counts as "at 3 floors or more"
 LOW_PROBABILITY = 0.5
+CHANCE_DRAWS = 200
 Answer = dict[str, Any]
 Label = dict[str, Any]
 Pair = tuple[Label, Answer | None]  # None: no answer came, which counts as wrong
@@ -138,8 +139,22 @@ def probabilities(pairs: Sequence[Pair]) -> tuple[np.ndarray, np.ndarray]:
 
 def calibration_error(p: np.ndarray, right: np.ndarray, bins: int = 10) -> float:
     """Expected calibration error over bins of equal width."""
+    return float(_calibration_errors(p, right[None], bins)[0])
+
+
+def calibration_error_beyond_chance(p: np.ndarray, right: np.ndarray) -> float:
+    """The same less what an answerer comes to in the mean who is right exactly as often as he says, on as many causes:
+    few in a bin are off by chance.
+    """
+    by_chance = np.random.default_rng(0).random((CHANCE_DRAWS, p.size)) < p
+    return calibration_error(p, right) - float(_calibration_errors(p, by_chance).mean())
+
+
+def _calibration_errors(p: np.ndarray, right: np.ndarray, bins: int = 10) -> np.ndarray:
+    """(D,) errors of D outcomes (D, n) of the same n causes."""
     index = np.minimum((p * bins).astype(int), bins - 1)
-    return float(sum(abs((right - p)[index == b].sum()) for b in range(bins)) / p.size)
+    in_bin = (index[:, None] == np.arange(bins)).astype(float)
+    return np.asarray(np.abs((right - p) @ in_bin).sum(axis=1) / p.size)
 
 
 def share(
@@ -225,6 +240,10 @@ def figures(pairs: Sequence[Pair], oracle: dict[int, float] | None = None) -> li
             [joints_right(*x) for x in left_out if x[0]["effects"][0]["stage"] != "body"],
         ),
         _statistic("ece", "calibration error (ECE)", "<= 0.05", 0.05, [p, right], calibration_error),
+        _statistic(
+            "ece_beyond_chance", "the same less that of chance", "<= 0.03", 0.03, [p, right],
+            calibration_error_beyond_chance,
+        ),
         _statistic(
             "brier", "Brier score", "<= 0.10", 0.10, [p, right], lambda q, r: float(np.mean((q - r) ** 2))
         ),

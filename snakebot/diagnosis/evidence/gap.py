@@ -19,7 +19,7 @@ FEWEST_WINDOWS = 8  # over ground, below which their scatter says nothing; chose
 CERTAIN_RATIO = (
     2.5 * GAP_RATIO
 )  # mean square over the allowed one that is a gap however few blocks show it; chosen
-# The same over ground, of each kind. Healthy robots, some per cent off, come to 0.8, 1.0 and 1.1 at most (58 of the
+# The same over ground, of each kind. Healthy robots, some per cent off, come to 0.8, 1.0 and 1.1 at most (60 of the
 # blind check's cases for tuning and calibrating).
 CERTAIN_RATIO_OVER_GROUND = 1.7
 CERTAIN_RATIO_OF_FEW = 2.0 * GAP_RATIO  # the same over ground, where there are few windows; chosen

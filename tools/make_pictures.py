@@ -5,6 +5,8 @@ tools/make_pictures.py run          docs/run.png, from a run on the simulated bo
 tools/make_pictures.py diagnosis    docs/diagnosis.svg, the rooms of a diagnosis and what goes from one to the next
 tools/make_pictures.py examples     docs/examples-pwm.png and docs/examples-xl330.png, from the answers that the
                                     commands of docs/examples.md left in this folder; not drawn unless asked for
+tools/make_pictures.py reliability  docs/blind-reliability.png, the reliability.png that tools/blind/score left in
+                                    this folder; not drawn unless asked for
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -183,7 +186,17 @@ def draw_examples() -> None:
         figure.savefig(ROOT / picture, dpi=100)
 
 
-PICTURES = {"run": draw_run, "diagnosis": draw_diagnosis, "examples": draw_examples}
+def take_reliability() -> None:
+    """How often causes were right by the probability given to them, of the latest report of the blind check."""
+    shutil.copyfile("reliability.png", ROOT / "docs" / "blind-reliability.png")
+
+
+PICTURES = {
+    "run": draw_run,
+    "diagnosis": draw_diagnosis,
+    "examples": draw_examples,
+    "reliability": take_reliability,
+}
 ALWAYS = ("run", "diagnosis")
 
 

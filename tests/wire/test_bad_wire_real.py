@@ -62,7 +62,8 @@ def test_half_of_everything_lost_in_mid_run(wire: str) -> None:
     found = through_proxy(wire, "--awful-after", "4")
     assert found["bad"]["status"] in (4, 5), found["bad_text"]
     assert "Traceback" not in found["bad"]["said"]
-    # The watchdog's fault; or none, where the host gave up first and its relax was heard.
+    # The watchdog's fault; none, where the host gave up first and its relax was heard; or the emergency stop,
+    # the last word of a host that heard no answer to its relax (docs/safety.md).
     assert found["mode"] == found["later"]["mode"]
-    assert found["mode"] in ("fault", "disarmed")
+    assert found["mode"] in ("fault", "disarmed", "stopped")
     assert not found["later"]["powered"]

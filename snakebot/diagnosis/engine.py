@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
 
+from threadpoolctl import threadpool_limits
+
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.evidence.sanity import check_data, check_session
@@ -54,10 +56,17 @@ def diagnose(
     Raises:
         BadInputError: the session cannot be diagnosed, or an option names no effect or parameter.
     """
-    clock = _Clock()
     options = Options(tuple(exclude), tuple(only), dict(known or {}), seed, quick)
     options.check()
+    # Fits run side by side already (``fit.parallel``). The products in them are thin, p x N by N x p: further threads of
+    # the linear algebra wait for each other on the same cores, which took twice the processor time.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _diagnosed(session, options, progress)
 
+
+def _diagnosed(session: Session, options: Options, progress: Progress) -> Diagnosis:
+    """The answer to a session."""
+    clock = _Clock()
     progress("reading the session", 0.0)
     evidence, warnings = _evidence(session)
     clock.lap("prepare")
@@ -66,19 +75,19 @@ def diagnose(
         evidence.data,
         over_ground=evidence.ground is not None,
         known=options.known,
-        only=only,
-        exclude=exclude,
+        only=options.only,
+        exclude=options.exclude,
     )
     nominal, evidence = against_nominal(evidence)
     found = search(
         evidence,
         library,
         nominal,
-        quick=quick,
+        quick=options.quick,
         progress=lambda text, share: progress(text, 0.05 + 0.7 * share),
     )
     evidence = found.evidence
-    found = with_random_loss(evidence, library, found, quick=quick)
+    found = with_random_loss(evidence, library, found, quick=options.quick)
     clock.lap("search")
 
     progress("what is left over", 0.78)
@@ -90,7 +99,7 @@ def diagnose(
     warnings += [text for text in dict.fromkeys(lacking) if text is not None]
 
     proposal = Proposal(None, None)
-    if not quick and conclusion.open_rivals:
+    if not options.quick and conclusion.open_rivals:
         progress("the next experiment", 0.94)
         proposal = propose(evidence, conclusion.open_rivals, conclusion.chosen_probability)
     if proposal.channel is not None:

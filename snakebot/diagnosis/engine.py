@@ -21,6 +21,7 @@ from snakebot.diagnosis.search.library import usable_effects
 from snakebot.diagnosis.search.random_loss import with_random_loss
 from snakebot.diagnosis.search.search import search
 from snakebot.diagnosis.show.answer import with_words
+from snakebot.diagnosis.verdict.at_end import at_end
 from snakebot.diagnosis.verdict.conclude import conclude
 from snakebot.diagnosis.verdict.decision import judge
 from snakebot.effects.registry import find_effect
@@ -58,8 +59,8 @@ def diagnose(
     """
     options = Options(tuple(exclude), tuple(only), dict(known or {}), seed, quick)
     options.check()
-    # Fits run side by side already (``fit.parallel``). The products in them are thin, p x N by N x p: further threads of
-    # the linear algebra wait for each other on the same cores, which took twice the processor time.
+    # Fits run side by side already (``fit.parallel``). The products in them are thin, p x N by N x p: further threads
+    # of the linear algebra wait for each other on the same cores, which took twice the processor time.
     with threadpool_limits(limits=1, user_api="blas"):
         return _diagnosed(session, options, progress)
 
@@ -97,6 +98,7 @@ def _diagnosed(session: Session, options: Options, progress: Progress) -> Diagno
     named = dict.fromkeys(term.effect for term in found.best.hypothesis.terms)
     lacking = [find_effect(name).lacks(evidence.data.robot) for name in named]
     warnings += [text for text in dict.fromkeys(lacking) if text is not None]
+    warnings += [text for text in map(at_end, conclusion.causes) if text is not None]
 
     proposal = Proposal(None, None)
     if not options.quick and conclusion.open_rivals:

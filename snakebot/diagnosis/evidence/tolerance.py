@@ -120,7 +120,8 @@ class StackedTimes:
 
     def rates(self, reading_rad: Floats) -> Floats:
         """Time derivative (N, k) of predicted readings, by central differences."""
-        rate: Floats = (reading_rad[self.after] - reading_rad[self.before]) / self.span_s[:, None]
+        rate = np.empty(reading_rad.shape)
+        _rates(np.ascontiguousarray(reading_rad), self.before, self.after, self.span_s, rate)
         return rate
 
     def lag_marks(self, reading_rad: Floats) -> Floats:
@@ -132,6 +133,14 @@ class StackedTimes:
         if self.kept.size:
             _behind_lag(rate, self.kept, self.ends)
         return rate
+
+
+@jit
+def _rates(reading: Any, before: Any, after: Any, span_s: Any, out: Any) -> None:
+    """Time derivative (N, k) of readings, by central differences."""
+    for n in range(reading.shape[0]):
+        for j in range(reading.shape[1]):
+            out[n, j] = (reading[after[n], j] - reading[before[n], j]) / span_s[n]
 
 
 @jit
@@ -159,18 +168,29 @@ def shifts_s(
         allowed_square: (B,). Blocks that stand out weigh less, as they do in the score.
         limits: of the k joints.
     """
-    used = block >= 0
-    flat = block[used]
-    r, v = residual[used], mark[used]
-    size = np.maximum(np.bincount(flat, minlength=allowed_square.size), 1)
-    square = np.bincount(flat, weights=r * r, minlength=allowed_square.size) / size
-    weight = 1.0 / (allowed_square + square)[flat]
-    joint = np.broadcast_to(np.arange(block.shape[1]), block.shape)[used]
     k = block.shape[1]
-    gained = np.bincount(joint, weights=weight * r * v, minlength=k)
-    power = np.bincount(joint, weights=weight * v * v, minlength=k)
+    gained, power = np.zeros(k), np.zeros(k)
+    _projected(residual, mark, block, allowed_square, gained, power)
     shift = np.divide(gained, power, out=np.zeros(k), where=power > 0)
     return limits.within(shift)
+
+
+@jit
+def _projected(residual: Any, mark: Any, block: Any, allowed_square: Any, gained: Any, power: Any) -> None:
+    """Weighted products of each column of ``mark`` with the residual and with itself, added to (k,) and (k,)."""
+    square, size = np.zeros(allowed_square.size), np.zeros(allowed_square.size)
+    for n in range(block.shape[0]):
+        for j in range(block.shape[1]):
+            if block[n, j] >= 0:
+                square[block[n, j]] += residual[n, j] * residual[n, j]
+                size[block[n, j]] += 1.0
+    for n in range(block.shape[0]):
+        for j in range(block.shape[1]):
+            b = block[n, j]
+            if b >= 0:
+                weight = 1.0 / (allowed_square[b] + square[b] / size[b])
+                gained[j] += weight * residual[n, j] * mark[n, j]
+                power[j] += weight * mark[n, j] * mark[n, j]
 
 
 def bounded_share(

@@ -20,6 +20,7 @@ from snakebot.diagnosis.search.acceptance import lead, touched
 from snakebot.diagnosis.search.groups import degenerate, indistinguishable
 from snakebot.diagnosis.search.rounds import MANY_TERMS
 from snakebot.diagnosis.search.search import SearchResult, without_term
+from snakebot.diagnosis.verdict.at_end import held_back
 from snakebot.diagnosis.verdict.closure import angle_closure, forward_speeds, speed_closure
 from snakebot.diagnosis.verdict.joints import joints_of
 from snakebot.diagnosis.verdict.noise import EncoderScatter
@@ -134,7 +135,7 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         specification=str(_named(evidence.angles, term).told(theta.tolist())),
         evidence={} if by_chance else {name: float(value) for name, value in asdict(features).items()},
     )
-    return _Weighed(cause, group, lead(scoring, best, without).mean)
+    return _Weighed(held_back(cause), group, lead(scoring, best, without).mean)
 
 
 def _rest_and_closed(scoring: Scoring, best: Trial, without: Trial, term: Term) -> tuple[float, float]:

@@ -1,0 +1,56 @@
+"""A cause that a fit drives to the end of what it may be is likely to be another one."""
+
+from __future__ import annotations
+
+import pytest
+from sessions import bench, make_session
+
+from snakebot.diagnosis import diagnose
+from snakebot.diagnosis.result import Cause, Estimate
+from snakebot.diagnosis.verdict.at_end import MOST_AT_END, at_end, held_back
+
+
+def cause(effect: str, probability: float = 0.9, **parameters: Estimate) -> Cause:
+    return Cause(
+        effect=effect,
+        joints=(1,),
+        stage="servo",
+        probability=probability,
+        parameters=parameters,
+        specification=effect,
+    )
+
+
+def test_a_limit_of_speed_of_next_to_nothing_is_told_and_held_back() -> None:
+    stuck = cause("rate_limit", limit_rad_s=Estimate(estimate=0.05, ci95=(0.05, 0.08)))
+    assert "at the end of what it may be" in (at_end(stuck) or "")
+    assert held_back(stuck).probability == MOST_AT_END
+
+
+@pytest.mark.parametrize(
+    ("effect", "name", "estimate"),
+    [
+        ("rate_limit", "limit_rad_s", Estimate(estimate=1.2, ci95=(1.1, 1.3))),  # well inside
+        ("rate_limit", "limit_rad_s", Estimate(estimate=0.05, ci95=(0.05, 40.0))),  # the data do not care
+        ("rate_limit", "limit_rad_s", Estimate(estimate=0.05, ci95=None)),  # nothing is known of it
+        ("rate_limit", "limit_rad_s", Estimate(estimate=0.05, ci95=(0.05, 0.06), fixed=True)),  # given
+        ("deadband", "width_deg", Estimate(estimate=0.0, ci95=(0.0, 0.01))),  # absent
+        ("position_loop", "full_drive_deg", Estimate(estimate=360.0, ci95=(359.0, 360.0))),  # without a limit
+    ],
+)
+def test_others_are_left_as_they_are(effect: str, name: str, estimate: Estimate) -> None:
+    sound = cause(effect, **{name: estimate})
+    assert at_end(sound) is None
+    assert held_back(sound) == sound
+
+
+def test_less_probability_is_not_raised() -> None:
+    stuck = cause("rate_limit", 0.1, limit_rad_s=Estimate(estimate=0.05, ci95=(0.05, 0.08)))
+    assert held_back(stuck).probability == 0.1
+
+
+def test_a_joint_that_stands_is_no_slow_one() -> None:
+    session = make_session(bench(), ["joint_rigid:angle_deg=-8,joints=2"])
+    found = diagnose(session, exclude=["joint_rigid"], quick=True)
+    assert [(c.effect, c.probability) for c in found.causes] == [("rate_limit", MOST_AT_END)]
+    assert at_end(found.causes[0]) in found.warnings

@@ -146,11 +146,14 @@ class RankingEntry(_Part):
 class AngleClosure(_Part):
     """How far the gap shrinks on runs no parameter was fitted to: closed = (before^2 - after^2) / (before^2 -
     floor^2). Where no run is held out, ``closed`` is null and before and after are of the runs that were fitted.
+
+    ``rms_within_tolerance`` is after, with the lags as far from those stated as is credible and the runs say.
     """
 
     unit: Literal["rad"] = "rad"
     rms_before: float
     rms_after: float
+    rms_within_tolerance: float | None = None
     rms_floor: float | None
     closed: float | None
     ci95: Interval | None = None
@@ -318,6 +321,7 @@ class Diagnosis(_Part):
                 del data[name]
             if data["closure"]["forward_speed"] is not None:
                 del data["closure"]["forward_speed"]["rms_measured"]
+            del data["closure"]["joint_angle"]["rms_within_tolerance"]
             del data["closure"]["by_joint"], data["where"]["stages"], data["where"]["stages_in_words"]
             for entry in data["ranking"]:
                 del entry["parameters"], entry["rms_after"], entry["worse_in"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from snakebot.diagnosis.result import Cause, Diagnosis
+from snakebot.diagnosis.result import AngleClosure, Cause, Diagnosis
 from snakebot.diagnosis.show import certainty
 from snakebot.diagnosis.show.named import (
     cause_sentence,
@@ -21,6 +21,8 @@ from snakebot.effects.telling import joints_in_words
 from snakebot.in_words import listed, three
 
 MOST_SAID = 3  # causes that the sentence names; chosen
+CLOSED_WELL = 0.9  # share of the gap from which on nobody asks for the rest; chosen
+MOSTLY = 0.5  # share of what is left above the floor that counts as most of it; by the word
 MOST_LOOKS = 2  # of those what to look at is said; chosen: one screen holds no more
 SOME_GAIT = "--alpha 66 --beta 80 --omega 2"  # to see effects in simulation: the example of the README
 ROBOT, RUN, SIMULATION = "On the robot", "Next run", "Simulation"
@@ -91,9 +93,25 @@ def effect_on_error(found: Diagnosis) -> list[str]:
         lines = [f"The {what} on {held} does not shrink with it ({fall}{closed})."]
     else:
         lines = [f"With that in the simulation, the {what} on {held} falls {fall}{closed}."]
+    tolerated = _tolerated(angle)
+    if not over_ground(found) and tolerated is not None:
+        lines.append(tolerated)
     if found.verdict == "partly":
         lines.append(f"The other {100 * found.unexplained.share:.0f} % no known effect explains.")
     return lines
+
+
+def _tolerated(angle: AngleClosure) -> str | None:
+    """That most of what is left is what the stated numbers may be off by; None where it is not, or is little."""
+    within, floor = angle.rms_within_tolerance, angle.rms_floor or 0.0
+    if angle.closed is None or within is None or angle.closed > CLOSED_WELL:
+        return None
+    if angle.rms_after**2 - within**2 < MOSTLY * (angle.rms_after**2 - floor**2):
+        return None
+    return (
+        "Most of the rest is what the stated numbers are off by, within their tolerance: with the lags that these runs "
+        f"tell, {in_degrees(within)} deg is left."
+    )
 
 
 def over_ground(found: Diagnosis) -> bool:

@@ -37,6 +37,7 @@ def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) ->
     size = blocks.samples[rows]
     before, after = (angles.mean_square(trial.readings)[rows] for trial in (nominal, best))
     e2, a2 = _mean(before, size), _mean(after, size)
+    within = _mean(blocks.mean_square(best.left)[rows], size)
     joint = blocks.joint[rows]
     floor = evidence.floor
     f2 = _mean(np.square(floor.rad)[joint], size) if floor.known else 0.0
@@ -63,6 +64,7 @@ def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) ->
     return AngleClosure(
         rms_before=float(np.sqrt(e2)),
         rms_after=float(np.sqrt(a2)),
+        rms_within_tolerance=float(np.sqrt(within)),
         rms_floor=float(np.sqrt(f2)) if floor.known else None,
         closed=closed,
         ci95=interval,

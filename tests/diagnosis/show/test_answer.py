@@ -90,6 +90,24 @@ def test_an_error_that_stays_is_not_said_to_fall() -> None:
     assert "falls" not in said
 
 
+def test_what_the_stated_numbers_are_off_by_is_told_where_it_is_most_of_the_rest() -> None:
+    found = KINDS["sure"]()
+    angle = found.closure.joint_angle.model_copy(
+        update={
+            "rms_before": 0.0045, "rms_after": 0.0043, "rms_within_tolerance": 0.0013, "rms_floor": 0.0007,
+            "closed": 0.09,
+        }
+    )  # fmt: skip
+
+    def said(**changed: float) -> str:
+        closure = found.closure.model_copy(update={"joint_angle": angle.model_copy(update=changed)})
+        return sentence(found.model_copy(update={"closure": closure}))
+
+    assert "within their tolerance: with the lags that these runs tell, 0.0745 deg is left" in said()
+    assert "tolerance" not in said(rms_within_tolerance=0.004)  # little of the rest
+    assert "tolerance" not in said(closed=0.95)  # nobody asks for it
+
+
 def test_one_explanation_is_told_as_one() -> None:
     found = made("unexplained", closed=0.1, left=0.9)
     assert why(found) == "One explanation was tried on runs it was not fitted to, and does not hold"

@@ -7,7 +7,7 @@ simulated at once, each with parameters of its own.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from threading import Lock
 
 import numpy as np
@@ -42,6 +42,7 @@ class Simulator:
         self.smooth = tuple(smoothed(run.t_s, m) for run, m in zip(data.runs, self.measured, strict=True))
         self.set_points = tuple(set_points(run) for run in data.runs)
         self._loads: dict[int, Floats] = {}
+        self._measured_loads: dict[int, Floats] = {}
         self._lock = Lock()
 
     def stages(self, specs: Iterable[EffectSpec], *, in_air: bool = False) -> Stages:
@@ -51,19 +52,24 @@ class Simulator:
         return assemble(self.robot, specs)
 
     def always_needs_body(self, specs: Iterable[EffectSpec]) -> bool:
-        """Whether the whole body must be simulated even for a rough prediction."""
+        """Whether what the joints do is another matter without the body: with torques given, slopes are wrong."""
         stages = self.stages(specs)
         rows = stages.servo_rows
-        return stages.model is not None and _yields(rows)
+        return stages.model is not None and (_goes_along(rows) or _slowed(rows))
+
+    def rough_needs_body(self, specs: Iterable[EffectSpec]) -> bool:
+        """Whether the whole body must be simulated even for a rough prediction."""
+        stages = self.stages(specs)
+        return stages.model is not None and _goes_along(stages.servo_rows)
 
     def needs_body(self, specs: Iterable[EffectSpec]) -> bool:
         """Whether the whole body must be simulated, unless a rough prediction will do."""
         stages = self.stages(specs)
-        return stages.model is not None and (stages.feels_load or _yields(stages.servo_rows))
+        return stages.model is not None and (stages.feels_load or _goes_along(stages.servo_rows))
 
     def joints_meet(self, specs: Iterable[EffectSpec], *, rough: bool) -> bool:
         """Whether what changes one joint can change another: through the body, or because cables are swapped."""
-        coupled = self.always_needs_body(specs) if rough else self.needs_body(specs)
+        coupled = self.rough_needs_body(specs) if rough else self.needs_body(specs)
         return coupled or self._swapped(self.stages(specs))
 
     def others_drive(self, specs: Iterable[EffectSpec]) -> bool:
@@ -89,8 +95,9 @@ class Simulator:
             loads_nm: torques (N, k) that the servos bear in each of the given runs, where they are known: joints stay
                 apart.
             columns: 0-based joints that are asked for; the others may come out as nan.
-            rough: take the torques of the nominal motion for those that the servos bear, where that will do: no body
-                needs to be simulated then, and joints stay apart.
+            rough: take the torques of the nominal motion for those that the servos bear, or of the measured one where
+                a joint is slower under load, where that will do: no body needs to be simulated then, and joints stay
+                apart.
         """
         specs = tuple(specs)
         wanted = range(len(self.data.runs)) if runs is None else runs
@@ -120,10 +127,9 @@ class Simulator:
         t_s, known = self.data.runs[index].t_s, self.measured[index]
         if stages.sensor_filters():
             known = stages.true_angle(t_s, known)
-        quasi_static = (
-            rough and stages.model is not None and stages.feels_load and not _yields(stages.servo_rows)
-        )
-        load_nm = self.load(index) if quasi_static else load_nm
+        rows = stages.servo_rows
+        if rough and stages.model is not None and stages.feels_load and not _goes_along(rows):
+            load_nm = self.measured_load(index) if _slowed(rows) else self.load(index)
         return ServoRun(t_s, track, known_rad=known, load_nm=load_nm)
 
     def between_samples(self, index: int, parts: int) -> tuple[Floats, Floats]:
@@ -138,21 +144,38 @@ class Simulator:
 
     def load(self, index: int) -> Floats | None:
         """Torques (N, k) of the nominal motion; None on a bench without an arm."""
-        if index not in self._loads:
-            run = self.data.runs[index]
-            stages = self.stages((), in_air=run.lifted)
+        run = self.data.runs[index]
+        stages = self.stages((), in_air=run.lifted)
+
+        def torque() -> Floats | None:
             track = stages.link(*self.set_points[index])
-            torque = stages.torque_of(run.t_s, self.joints(stages, index, track).angle_rad)
-            if torque is None:
+            return stages.torque_of(run.t_s, self.joints(stages, index, track).angle_rad)
+
+        return self._kept(self._loads, index, torque)
+
+    def measured_load(self, index: int) -> Floats | None:
+        """Torques (N, k) of the measured motion, by inverse dynamics; None on a bench without an arm."""
+        run = self.data.runs[index]
+        stages = self.stages((), in_air=run.lifted)
+        return self._kept(self._measured_loads, index, lambda: stages.torque_of(run.t_s, self.smooth[index]))
+
+    def _kept(self, known: dict[int, Floats], index: int, make: Callable[[], Floats | None]) -> Floats | None:
+        """What is ``known`` of a run, made at the first time that it is asked for."""
+        if index not in known:
+            made = make()
+            if made is None:
                 return None
             with self._lock:
-                self._loads[index] = torque
-        return self._loads[index]
+                known[index] = made
+        return known[index]
 
 
-def _yields(rows: Floats) -> bool:
-    """Whether some joint goes where the rest of the body takes it, or is so slow under load that the load is another
-    one: torques of a motion that it does not make say little of it.
-    """
+def _goes_along(rows: Floats) -> bool:
+    """Whether some joint goes where the rest of the body takes it: torques of a motion say little of it."""
     limited = np.isfinite(rows[:, TORQUE_LIMIT_NM]) | (rows[:, LOCKED] == FREE_JOINT) | loose(rows)
-    return bool((limited | (rows[:, RATE_DROP_PER_NM] > 0)).any())
+    return bool(limited.any())
+
+
+def _slowed(rows: Floats) -> bool:
+    """Whether some joint is slower under load, so that the load is another one than that of the nominal motion."""
+    return bool((rows[:, RATE_DROP_PER_NM] > 0).any())

@@ -130,7 +130,7 @@ def run_trial(
     """
     runs, steps = first_runs(evidence) if rough else evidence.split.free, FULL_STEPS
     specs = hypothesis.specs(starts[0]) if len(starts) else ()
-    if rough and evidence.predictor.simulator.always_needs_body(specs):
+    if rough and evidence.predictor.simulator.rough_needs_body(specs):
         runs, steps, last = informative_runs(evidence), ROUGH_STEPS, True
     elif not rough and evidence.predictor.simulator.needs_body(specs):
         steps = BODY_STEPS
@@ -205,7 +205,7 @@ def each_joint(
     """
     simulator, every = evidence.predictor.simulator, range(evidence.data.joints)
     first = [*base.specs, *specs_of(effect_terms, starts[0])]
-    needs_body = simulator.always_needs_body(first)
+    needs_body = simulator.rough_needs_body(first)
     runs = informative_runs(evidence) if needs_body else first_runs(evidence)
     with_gap = gap_of(evidence.scoring, base.held_square).significant
     limits = shift_limits(evidence.angles, Hypothesis((*base.hypothesis.terms, *effect_terms)))

@@ -140,7 +140,7 @@ def _of_kind(
 ) -> list[Candidate]:
     joints = evidence.data.joints
     terms, starts = _one_each(library.observed, effect, fixed)
-    if terms and evidence.predictor.simulator.always_needs_body(terms[0].specs(starts[0][0])):
+    if terms and evidence.predictor.simulator.rough_needs_body(terms[0].specs(starts[0][0])):
         return _coupled(evidence, library, base, effect, fixed, taken)
     runs, fit = each_joint(evidence, base, terms, starts)
     gains = [_joint_gain(evidence.angles, base, runs, fit.residual, j) for j in range(joints)]

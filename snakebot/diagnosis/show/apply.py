@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from statistics import fmean
+
 from snakebot.diagnosis.result import Cause, Closure, Diagnosis
 from snakebot.effects.spec import parse_effect
 from snakebot.errors import BadInputError
 from snakebot.robot import Interval, Provenance, Robot, Tolerance
 
+LAG = "servo.time_constant_s"  # as ``Diagnosis.nominal`` and a description's provenance call it
+LAG_DIGITS = 5  # decimals of a lag in seconds: a hundredth of a millisecond, below what any runs tell; chosen
+
 
 def calibrated(robot: Robot, diagnosis: Diagnosis) -> Robot:
     """``robot`` with the causes of a gap, wholly or partly explained, added to its own effects, and their source.
 
-    The intervals of their parameters go along, and as the tolerance of its speed the error that is left on runs that
+    The lag of the servos becomes the mean of those that the runs tell, where nothing but noise is left beside it. The
+    intervals of the causes' parameters go along, and as the tolerance of its speed the error that is left on runs that
     nothing was fitted to. Of a robot without a gap that is all that is added: how far its speed is known.
 
     Raises:
@@ -33,8 +39,14 @@ def calibrated(robot: Robot, diagnosis: Diagnosis) -> Robot:
         for cause in causes
     }
     found = [interval for cause in causes for interval in _intervals(cause)]
+    lags_s = [n.estimate for n in diagnosis.nominal if n.number == LAG and diagnosis.verdict == "explained"]
+    servo = robot.servo
+    if lags_s:
+        servo = servo.model_copy(update={"time_constant_s": round(fmean(lags_s), LAG_DIGITS)})
+        notes[LAG] = Provenance(status="fitted", source=f"snakebot diagnose: mean over {len(lags_s)} joints")
     return robot.model_copy(
         update={
+            "servo": servo,
             "effects": effects,
             "intervals": (*robot.intervals, *found),
             "provenance": {**robot.provenance, **notes},

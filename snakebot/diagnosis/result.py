@@ -11,6 +11,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 SCHEMA, FIRST_SCHEMA = "snakebot.diagnosis/2", "snakebot.diagnosis/1"
+# Ends of what a probability is told as; chosen: hundreds of cases, not thousands, are behind them.
+HIGHEST, LOWEST = 0.99, 0.01
 
 Verdict = Literal["explained", "partly", "no_gap", "unexplained"]
 Stage = Literal["link", "servo", "sensor", "body", "none"]

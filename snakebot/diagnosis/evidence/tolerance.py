@@ -21,10 +21,11 @@ from snakebot.arrays import Floats, Ints
 from snakebot.physics.compiled import jit
 from snakebot.robot import LAG_TOLERANCE, Robot
 
-# Standard deviations that a stated number may be off by before that is a gap: of 1000 sound servos one is further off.
+# Standard deviations that a stated number may be off by before that is a gap; chosen: of 1000 sound servos one is
+# further off.
 CREDIBLE = 3.3
-SHAPE_TOLERANCE = 0.02  # share of the mark of the nominal lag that a sound servo may differ in; chosen
-REWEIGHTED = 4  # times that what stands out is weighed by what is left of it; it settles within three. Chosen
+SHAPE_TOLERANCE = 0.02  # share of what the nominal lag changes, that a sound servo may differ by; chosen
+REWEIGHTED = 4  # iterations of the reweighted least squares; chosen: the shares settle within three
 SAG_TOLERANCE_RAD_NM = 2e-3  # to which a sound servo holds its angle under load, rad per N m; chosen
 
 

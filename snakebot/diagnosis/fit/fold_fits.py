@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
+from snakebot.diagnosis.evidence.blocks import CLEAR_SE
 from snakebot.diagnosis.evidence.folds import Fold
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import CHANGED
@@ -25,15 +26,14 @@ from snakebot.diagnosis.fit.fit_runs import (
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, bounds
 from snakebot.diagnosis.fit.least_squares import refit
 
-FOLD_STEPS = 8  # iterations from the fit to all runs, which is near
-# Standard errors that a parameter must stand off its usual value, or could, for runs to tell of it; chosen.
-INFORMATIVE_SE = 2.0
-FAR_STEPS = 20  # iterations from the usual value, which may be far
+FOLD_STEPS = 8  # iterations from the fit to all runs, which is near; chosen
+FAR_STEPS = 20  # iterations from the usual value, which may be far; chosen
 
 
 def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Floats]:
     """Parameters (p,) fitted to each fold's runs, from ``theta``, which was fitted to all; nan for an effect that those
-    runs say nothing of.
+    runs say nothing of. They say something of a parameter if it differs from its usual value, or could, by ``CLEAR_SE``
+    standard errors.
     """
     known = _near(evidence, hypothesis, theta)
     size = _sizes(hypothesis, theta)
@@ -42,7 +42,7 @@ def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> li
             evidence,
             hypothesis,
             fit.theta,
-            fit.information * np.square(size) < INFORMATIVE_SE**2,
+            fit.information * np.square(size) < CLEAR_SE**2,
             fold,
             theta,
         )

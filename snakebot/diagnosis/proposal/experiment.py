@@ -15,6 +15,7 @@ import numpy as np
 
 from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, Option, menu, motion_of
@@ -26,16 +27,15 @@ from snakebot.diagnosis.proposal.separation import (
     lead_of,
     times_noise,
 )
-from snakebot.diagnosis.result import NextExperiment
-from snakebot.diagnosis.search.groups import ALIKE
+from snakebot.diagnosis.result import HIGHEST, NextExperiment
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
 __all__ = ["Proposal", "motion_of", "propose"]
 
 LOOKED_AT = 6  # motions of the menu that are tried with the parameters' uncertainty; chosen
 MOST_COMPARED = 4  # explanations that are compared; chosen
-TROUBLE = 0.05  # probability that it takes for a robot to be lifted, or for a long run; chosen
-HIGHEST = 0.99  # expected probability that is never exceeded; chosen
+# Probability that a motion must gain more if the robot is lifted for it, or if it is long; chosen.
+TROUBLE = 0.05
 
 Pair = tuple[int, int]
 

@@ -31,6 +31,8 @@ from snakebot.in_words import listed
 MOST_EFFECTS = 3  # different effects in an explanation; chosen
 MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, and one more; chosen
 MOST_JOINTS = 0.5  # share of the joints with a gap, from which on wear is likelier than faults; chosen
+# Single effects tried in the place of another one, and those of them that are cross-validated; chosen.
+MOST_SWAPPED, MOST_SWAPPED_HELD = 6, 2
 LEAST_LEFT = 0.03  # share of the gap that an effect which no other motion can test may leave over; chosen
 
 
@@ -185,7 +187,7 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
     for index, term in enumerate(best.hypothesis.terms[:-1]):
         rest = best.hypothesis.without(index)
         kept = best.hypothesis.rest(best.theta, index)
-        for single in singles[:6]:
+        for single in singles[:MOST_SWAPPED]:
             other = single.hypothesis.terms[0]
             if other.effect in best.hypothesis.names:
                 continue
@@ -195,7 +197,7 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
     if not tried:
         return best
     fits = sorted(first_looks(evidence, tried), key=lambda t: -t.fitted_score(evidence.scoring))
-    trials = held_out(evidence, fits[:2])
+    trials = held_out(evidence, fits[:MOST_SWAPPED_HELD])
     return max([best, *trials], key=lambda t: t.score(evidence.scoring))
 
 

@@ -14,17 +14,16 @@ from functools import partial
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
-from snakebot.diagnosis.evidence.blocks import MeanDifference, mean_difference
+from snakebot.diagnosis.evidence.blocks import CLEAR_SE, MeanDifference, mean_difference
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import CHANGED, Scoring
+from snakebot.diagnosis.evidence.score import ALIKE, CHANGED, Scoring
 from snakebot.diagnosis.fit.fit_runs import StackedAngles
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, bounds
 from snakebot.diagnosis.fit.least_squares import linearised, minimise, refit, wide_allowance
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.search.acceptance import (
-    CLEAR_SE,
     LEAST_FALL,
     LEAST_GAIN,
     accepted,
@@ -37,13 +36,10 @@ from snakebot.diagnosis.search.library import Library
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
 
-FIRST_STEPS = 12  # iterations of the fit of everything, by least squares
-LAST_STEPS = 8  # iterations of the same with the loss of the score
-LESS_STEPS = 5  # iterations with one effect less, from near
-LEAST_LOSS = (
-    0.02  # held-out score (4 % of the mean square) that a joint may not lose with what is taken out of it
-)
-START_SHARE = 0.5  # of the size that an effect alone would start with: it is not alone here
+LEAST_SQUARES_STEPS = 12  # iterations of the fit of all effects together by least squares, from far; chosen
+CAUCHY_STEPS = 8  # iterations of the same by the Cauchy loss, from where least squares ended; chosen
+LESS_STEPS = 5  # iterations with one effect less, from near; chosen
+START_SHARE = 0.5  # of the size that an effect alone would start with: it is not alone here; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,9 +259,11 @@ def _whole(bench: _Bench, library: Library) -> Whole:
     begin = _start(bench, library)
     problem = bench.problem(every, allowed)
     wide = wide_allowance(problem, bench.residual(begin, every))
-    theta = minimise(replace(problem, allowed_square=wide), begin, FIRST_STEPS, covariance=False).theta
+    theta = minimise(
+        replace(problem, allowed_square=wide), begin, LEAST_SQUARES_STEPS, covariance=False
+    ).theta
     spread = _as_wide_as(bench, bench.square(bench.residual(theta, every)))
-    theta = minimise(bench.problem(every, spread), theta, LAST_STEPS, covariance=False).theta
+    theta = minimise(bench.problem(every, spread), theta, CAUCHY_STEPS, covariance=False).theta
     return Whole(bench, theta, bench.square(bench.residual(theta, every)))
 
 
@@ -317,7 +315,7 @@ class Whole:
             for u, j in enumerate(bench.columns):
                 # against the whole: many a little is much
                 lost = _gain(bench, j, spread, whole, square)
-                if lost.z <= CLEAR_SE or lost.mean <= LEAST_LOSS:
+                if lost.z <= CLEAR_SE or lost.mean <= ALIKE:
                     kept[u], theta[u] = less[u], fitted[u]
         return Wear(bench.terms, bench.joints, theta, kept)
 

@@ -21,12 +21,11 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.fit_runs import ground_residuals
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import BudgetEntry, Cause
-from snakebot.diagnosis.verdict.closure import DRAWS, LEAST_DRAWN, NO_GAP
+from snakebot.diagnosis.verdict.closure import DRAWS, LEAST_DRAWN, NO_GAP, QUANTILES
 from snakebot.effects.spec import EffectSpec
 
-ALL_ORDERS = 3  # causes of which every order is tried; of more a few, forwards and backwards; chosen
-SOME_ORDERS = 4  # chosen
-QUANTILES = (0.025, 0.975)
+ALL_ORDERS = 3  # causes of which every order is tried; chosen
+SOME_ORDERS = 4  # orders of more causes that are tried, each forwards and backwards; chosen
 
 Coalition = frozenset[int]
 Squares = Callable[[Coalition], Floats]

@@ -12,7 +12,7 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion
-from snakebot.gait.motion import BLEND_PEAK_CURVATURE, BLEND_PEAK_SLOPE
+from snakebot.gait.blend import BLEND_PEAK_CURVATURE, BLEND_PEAK_SLOPE
 from snakebot.robot import Robot
 
 # Farther out the body curls: on the built-in robot at (37, 80, 2) the turn is in proportion up to here, and the speed

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from snakebot.gait.motion import blend
+from snakebot.gait.blend import blend
 from snakebot.gait.offset_track import OffsetTrack
 from snakebot.steering.authority import Authority
 from snakebot.steering.course import Course

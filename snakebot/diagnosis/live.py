@@ -79,7 +79,7 @@ def experiments(
         raise BadInputError("--live: fewer than two runs were made: nothing to diagnose")
     found = diagnose()
     if done < len(start):
-        return found  # who said no once is not asked again
+        return found  # a run was refused: no further one is asked for
     tried: set[str] = set()
     while True:
         so_far = f"After {done} runs: {found.verdict.replace('_', ' ')}"

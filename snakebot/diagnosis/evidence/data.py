@@ -26,7 +26,7 @@ SPIKE_MAD = 8.0
 SPIKE_COUNTS = 6.0  # ... and encoder counts that it must be off at least; chosen
 # After a servo was without power, in which its state is not known, s; chosen.
 WAKE_UP_S = 0.05
-# Step in time over the usual one, from which on it is a hole: nobody knows what was commanded in it; chosen.
+# Step in time over the usual one, from which on it is a hole: what was commanded in it is not known; chosen.
 HOLE_RATIO = 1.5
 # Without a row, above which it is not known where a joint was meanwhile, s; chosen.
 HOLE_S = 0.1

@@ -102,7 +102,7 @@ def beyond(square: Floats, allowed: Floats, run: Ints, certain: float = CERTAIN_
 
 
 def named_joints(gap: Gap) -> tuple[int, ...]:
-    """1-based joints with a gap worth naming."""
+    """1-based joints with a significant gap of at least ``LEAST_NAMED``."""
     share = gap.joint_shares
     return tuple(
         j + 1 for j in range(share.size) if gap.significant[j] and share[j] >= LEAST_NAMED / share.size

@@ -306,7 +306,7 @@ def doubt(
     """(F,) squared change of the features by what is not known of the measurement, and (F,) what noise does to them.
 
     The readings have noise (``noisier_rad`` are the angles with as much of it again, which shakes the simulated body
-    as much again); and of a lone speed nobody says over which span it was taken.
+    as much again); and the span over which a lone speed was taken is not known.
     """
     base = predicted(ground, data, angle_rad, model)
     shaken = np.nan_to_num(predicted(ground, data, noisier_rad, model) - base)

@@ -33,8 +33,8 @@ class Scoring:
         samples: (B,) of each block; a feature of the ground counts as one.
         floor_square, allowed_square: (B,) squared noise floor and squared allowed spread, in the unit of the block.
         decides: (B,) blocks that may decide between explanations: not those of runs that the user holds out.
-        misfit_square: (B,) beside the allowed one, what even a joint with a little of everything leaves over: less
-            decides nothing between explanations.
+        misfit_square: (B,) beside the allowed one, what all everyday effects together leave over: differences below
+            it decide nothing between explanations.
         credit_square: (B,) mean square below which a block is not credited; see ``without_credit``.
     """
 

@@ -63,15 +63,15 @@ def _near(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Fit
     """Fits to each fold's runs from ``theta``. Where the whole body must be simulated, or joints have values of their
     own, parameters of what comes before the ground take one step from there: what a run more or less changes is little.
     """
-    dear = evidence.predictor.simulator.needs_body(hypothesis.specs(theta))
-    dear |= any(term.own for term in hypothesis.terms)
-    sides = (True,) if dear else (True, False)
+    costly = evidence.predictor.simulator.needs_body(hypothesis.specs(theta))
+    costly |= any(term.own for term in hypothesis.terms)
+    sides = (True,) if costly else (True, False)
     found = [
         fit_runs(evidence, hypothesis, [theta], fold.fit, FOLD_STEPS, sides=sides)
         for fold in evidence.split.folds
     ]
     mine = ~of_body(hypothesis)
-    if not (dear and mine.any()):
+    if not (costly and mine.any()):
         return found
 
     lower, upper, log = bounds(hypothesis.parameters)

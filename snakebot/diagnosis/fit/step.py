@@ -244,13 +244,13 @@ def damped_step(
         except np.linalg.LinAlgError:
             step[free] = -gradient[free] / np.diag(h)
     short = np.clip(step, -0.5 * (high - low), 0.5 * (high - low))
-    if np.any(short != step):  # in another direction, for which the parabola is no guide
+    if np.any(short != step):  # in another direction, for which the quadratic model predicts nothing
         return short, math.inf
     return step, float(-(gradient @ step) - 0.5 * step @ hessian @ step)
 
 
 def sandwich(problem: Problem, unit: int, jacobian: Floats, residual: Floats, weight: Floats) -> Floats:
-    """Sandwich estimate (p, p) of a unit: residuals within a block may be as correlated as they like."""
+    """Sandwich estimate (p, p) of a unit: residuals within a block may be correlated in any way."""
     p = jacobian.shape[0]
     mine, columns = _of_unit(problem, unit, p)
     block = problem.block[:, columns].ravel()

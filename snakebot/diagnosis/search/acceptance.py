@@ -1,4 +1,4 @@
-"""What an explanation must do to stand: gain clearly, matter, close enough of the gap."""
+"""When an explanation is accepted: its gain is clear, large enough, and closes enough of the gap."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def closes_more(scoring: Scoring, trial: Trial, base: Trial, nominal: Trial) -> 
 
 
 def closed_enough(scoring: Scoring, trial: Trial, nominal: Trial) -> bool:
-    """Whether nothing worth a further effect is left above what noise and tolerance allow."""
+    """Whether too little for a further effect is left above what noise and tolerance allow."""
     gap = gap_of(scoring, trial.held_square)
     return not any(
         there and excess(scoring, trial, side) > LEAST_CLOSED * excess(scoring, nominal, side)

@@ -1,4 +1,4 @@
-"""Which explanations are worth a trial: for every effect the joints it helps on, and where a fit should start."""
+"""Which explanations are tried: for every effect the joints it helps on, and where a fit should start."""
 
 from __future__ import annotations
 

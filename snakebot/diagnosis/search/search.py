@@ -41,7 +41,7 @@ class SearchResult:
     """What the search came to.
 
     Attributes:
-        evidence: that it was found on: fits reckon with the misfit of joints that have a little of everything.
+        evidence: that it was found on: fits allow for the misfit that all everyday effects together leave.
         nominal: the robot without any effect.
         best: the explanation that stands; ``nominal`` if none does.
         predicted: the same on runs left out of its fit; another trial only where it is ``untested``.
@@ -159,8 +159,8 @@ def _winner(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Tria
 
 
 def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: Trial) -> bool:
-    """Whether it is time to try a little of everything on every joint: the search has come to an end before the gap is
-    closed, or most joints have a gap that the winner does not close.
+    """Whether to try all everyday effects on every joint: the search has ended with a gap left, or most joints have
+    a gap that the winner does not close.
     """
     stands = winner or best
     if closed_enough(scoring, stands, nominal):
@@ -171,7 +171,7 @@ def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: T
 def _explored(
     evidence: Evidence, library: Library, base: Trial, nominal: Trial, progress: Progress
 ) -> tuple[list[Trial], list[Trial]]:
-    """``explore`` on top of an explanation; nothing, where that leaves nothing worth a further effect."""
+    """``explore`` on top of an explanation; nothing, where what that leaves is too little to search."""
     if closed_enough(evidence.scoring, base, nominal):
         return [], []
     return explore(evidence, library, base, _part(progress, str(base.hypothesis), len(base.hypothesis.terms)))
@@ -202,7 +202,7 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
 
 
 def _elsewhere(evidence: Evidence, library: Library, best: Trial) -> Trial:
-    """With the last effect on further joints too, where that is all that ails them.
+    """With the last effect on further joints too, where it closes their gap.
 
     Joints that each differ in the same way need no search of the whole library each.
     """
@@ -216,7 +216,7 @@ def _elsewhere(evidence: Evidence, library: Library, best: Trial) -> Trial:
 def prune(evidence: Evidence, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
     """Take out every effect without which the explanation does as well.
 
-    What is left is also held against the whole explanation: many a little is much. Everyday effects that joints have
+    What is left is also compared with the whole explanation: small losses add up. Everyday effects that joints have
     values of their own of stay: joint by joint, it was tried to do without them.
 
     Returns what stays, and that without each of its terms.

@@ -1,8 +1,8 @@
-"""A joint as it is: a little of every everyday effect at once, fitted whole; then what it can do without is taken out.
+"""Worn joints: all everyday effects are fitted at once, then those that a joint does not need are taken out.
 
 Effects that only help together (an offset and a play) are not found one by one. But joints do not disturb each other,
-so that all everyday effects of all joints are cheap to fit at once: a simulation serves every joint. What a joint
-cannot spare on runs left out of the fit stays, and is put together as one explanation.
+so that all everyday effects of all joints can be fitted at once: one simulation serves every joint. What a joint
+needs on runs left out of the fit stays, and becomes one explanation.
 """
 
 from __future__ import annotations
@@ -87,8 +87,8 @@ class Wear:
 def with_wear(
     evidence: Evidence, library: Library, nominal: Trial, first: Trial, fits: Sequence[Trial]
 ) -> tuple[Evidence, Trial | None]:
-    """The evidence with the misfit of joints that have a little of everything; and the everyday effects that the joints
-    cannot do without, alone or beside a fault, if they explain clearly more than ``first`` does.
+    """The evidence with the misfit that all everyday effects together leave; and the everyday effects that the joints
+    need, alone or beside a fault, if they explain clearly more than ``first`` does.
 
     ``fits``: of single effects, those that may be the fault among them, as fitted.
     """
@@ -229,7 +229,7 @@ class _Bench:
         for fold, near in zip(folds, refit(problem, theta, uses), strict=True):
             there = self.square(problem.residual(near.theta))
             mine, fitted = np.isin(run_of, fold.score), np.isin(run_of, fold.fit)
-            for column in self.columns:  # a step that does the fitted runs no good was too long a one
+            for column in self.columns:  # a step that does not lower the cost of the fitted runs was too long
                 rows = self.evidence.angles.blocks.joint == column
                 new, old = (np.log1p(q / spread_square)[rows & fitted].sum() for q in (there, here))
                 held[mine & rows] = (there if new < old else here)[mine & rows]
@@ -313,7 +313,7 @@ class Whole:
             less[np.arange(len(bench.joints)), order[:, turn]] = False
             fitted, square = without(less, theta)
             for u, j in enumerate(bench.columns):
-                # against the whole: many a little is much
+                # against the whole: small losses add up
                 lost = _gain(bench, j, spread, whole, square)
                 if lost.z <= CLEAR_SE or lost.mean <= ALIKE:
                     kept[u], theta[u] = less[u], fitted[u]

@@ -1,4 +1,4 @@
-"""Finds out how a CSV is written: what stands between its columns, its decimal sign, where its header is."""
+"""Finds out how a CSV is written: its delimiter, its decimal sign, where its header is."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def find_form(
                 best = found
     if best is None:
         raise BadInputError(
-            f"{path}: row 1: found no table of numbers in it; say what stands between columns with --delimiter"
+            f"{path}: row 1: found no table of numbers in it; name the delimiter with --delimiter"
         )
     return best[1]
 

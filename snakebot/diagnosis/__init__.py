@@ -1,6 +1,6 @@
 """Diagnosis of the gap between robot and simulation: where, which effect, how far it shrinks. See docs/diagnosis.md.
 
-``engine.diagnose`` leads a session through the rooms, one after the other; each hands on a frozen record::
+``engine.diagnose`` takes a session through the rooms, one after the other; each returns a frozen record to the next::
 
     Session -> evidence -> fit -> search -> verdict -> proposal -> Diagnosis -> show
 

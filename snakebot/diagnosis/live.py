@@ -1,4 +1,4 @@
-"""Experiments by turns: run a starting set, diagnose, run what is proposed, until one cause stands or nothing helps.
+"""Experiments by turns: run a starting set, diagnose, run what is proposed, until one cause is left or nothing helps.
 
 Nothing here moves a robot: whoever calls ``experiments`` says how a motion is run, and may ask a person first.
 """

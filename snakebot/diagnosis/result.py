@@ -1,6 +1,6 @@
 """What a diagnosis says: the types behind schema ``snakebot.diagnosis/2``, which adds to ``snakebot.diagnosis/1``.
 
-Beside the keys of the contract a few more stand in the file (``motion`` of a proposed experiment, ``details`` of the
+Beside the keys of the contract a few more are in the file (``motion`` of a proposed experiment, ``details`` of the
 gap by joint and regime); readers may ignore them.
 """
 

@@ -16,7 +16,7 @@ from snakebot.robust import MAD_TO_STD
 TRIM = 0.05
 SUSPECT = 4.0  # floor over the white noise, above which it may hide a gap; chosen
 LARGE = 0.1  # rms of a gap over that of the commanded motion, above which no floor may hide it; chosen
-COVERS = 2.0  # rms of a gap over the floor, under which it does not stand out from it; chosen
+COVERS = 2.0  # rms of a gap over the floor, under which the floor hides it; chosen
 FEWEST_EVEN = 12  # samples of a joint in a run, below which they are not asked for their white noise; chosen
 EVEN = 0.3  # share of the usual step in time, by which a step may differ to be an even one; chosen
 # White noise at least, over the root mean square of the clipped differences: a median may be small by chance; chosen.

@@ -12,7 +12,7 @@ from snakebot.diagnosis.evidence.blocks import mean_difference
 from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN
 from snakebot.diagnosis.evidence.score import Scoring
 
-GAP_SE = 3.0  # standard errors by which a gap must stand above the allowed spread; chosen
+GAP_SE = 3.0  # standard errors by which a gap must exceed the allowed spread; chosen
 # Mean square over the allowed one, above which there is a gap: the floor is an estimate itself; chosen.
 GAP_RATIO = 1.3
 FEWEST_WINDOWS = 8  # over ground, below which their scatter says nothing; chosen

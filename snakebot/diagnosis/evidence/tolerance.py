@@ -157,7 +157,7 @@ def shifts_s(
     Args:
         residual, mark: (N, k) of all runs, one below the other; see ``StackedTimes.lag_marks``.
         block: (N, k) block of each sample, -1 where unused.
-        allowed_square: (B,). Blocks that stand out weigh less, as they do in the score.
+        allowed_square: (B,). Blocks with large residuals weigh less, as they do in the score.
         limits: of the k joints.
     """
     used = block >= 0
@@ -180,7 +180,7 @@ def bounded_share(
     """(m,) shares, from ``least`` to ``most`` and believed within ``spread`` of zero (m,), of the ``marks`` (F, m) that
     take most off a residual (F,).
 
-    Features that stand out weigh less, as they do in the score. Shares that make no odds stay near zero.
+    Features with large residuals weigh less, as they do in the score. Shares that change little stay near zero.
     """
     usable = np.isfinite(residual)
     if marks.shape[1] == 0 or not usable.any():

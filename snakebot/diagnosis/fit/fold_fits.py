@@ -51,7 +51,7 @@ def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> li
 
 
 def _sizes(hypothesis: Hypothesis, theta: Floats) -> Floats:
-    """(p,) how far each parameter stands off its usual value, or is believed to before any run; on the fitted scale."""
+    """(p,) distance of each parameter from its usual value, at least its prior's spread; on the fitted scale."""
     usual, believed = np.array([(p.typical, p.spread) for p in hypothesis.parameters]).T
     lower, upper, log = bounds(hypothesis.parameters)
     inside = np.clip(theta, lower, upper)

@@ -1,4 +1,4 @@
-"""The next experiment: of the motions that are safe, the one after which the right explanation most likely stands.
+"""The next experiment: the safe motion after which the right explanation is most likely the only one left.
 
 The menu holds gaits, and probes of the joints in question (``menu``). Every motion is simulated under every rival; the
 most promising are looked at again with what the data leave open of the parameters (``separation``): a difference that

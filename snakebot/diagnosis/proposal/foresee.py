@@ -65,7 +65,7 @@ class Foreseen:
 def foresee(
     motions: Sequence[SimulatedMotion], hypothesis: Hypothesis, theta: Floats, *, turns: bool = True
 ) -> Foreseen:
-    """Simulate an effect on motions; without ``turns`` only as it stands."""
+    """Simulate an effect on motions; without ``turns`` only at these values."""
     shown = [motion.shown(hypothesis.specs(theta)) for motion in motions]
     made = Foreseen(hypothesis, theta, [a for a, _ in shown], [g for _, g in shown])
     if not turns:

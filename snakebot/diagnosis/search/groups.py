@@ -60,7 +60,7 @@ def _apart(scoring: Scoring, truth: Trial, refit: Trial) -> float:
 
 
 def degenerate(best: Trial, rival: Trial) -> bool:
-    """Whether a rival with more parameters has shrunk to the simpler ``best``: one of them stands at its bound."""
+    """Whether a rival with more parameters has shrunk to the simpler ``best``: one of them is at its bound."""
     if rival.theta.size <= best.theta.size:
         return False
     lower, upper, log = bounds(rival.hypothesis.parameters)

@@ -42,7 +42,7 @@ def with_random_loss(
 ) -> SearchResult:
     """Lost set-points in the place of a delay, where what is left over shows them and they predict clearly better.
 
-    They shake the body between the samples, which no replay of samples sees: an effect of the body goes with the delay.
+    They move the body between the samples, which no replay of samples shows: effects of the body are dropped with the delay.
     """
     if link_is_clean(evidence.data):
         return found
@@ -63,7 +63,7 @@ def with_random_loss(
         return found
     loss = _with_loss(evidence, found.best, stays, effect.name)
     needed = [i for at, i in enumerate(stays) if not _does_nothing(loss, at)]
-    if len(needed) < len(stays):  # what stood for a loss that had no name yet
+    if len(needed) < len(stays):  # what took the place of a loss that had no name yet
         stays = needed
         loss = _with_loss(evidence, found.best, stays, effect.name)
     base = run_trial(evidence, *_kept(found.best, stays)) if stays else found.nominal
@@ -127,7 +127,7 @@ def predicts_better(evidence: Evidence, loss: Trial, base: Trial) -> bool:
     """Whether lost set-points predict held-out angles clearly better than ``base``, without them, does.
 
     Neither is helped by a shift in time here: what comes at random is no wire that is a little slower. And a gap need
-    not stand above the floor, which repeats that differ by chance have raised. How much they gain does not count:
+    not be above the floor, which repeats that differ by chance have raised. How much they gain does not count:
     most of what they do is scatter.
     """
     angles, blocks = evidence.angles, evidence.angles.blocks

@@ -81,7 +81,7 @@ def held_out(evidence: Evidence, fits: Sequence[Trial]) -> list[Trial]:
 def ranked(scoring: Scoring, trials: Sequence[Trial]) -> list[Trial]:
     """Best first by held-out score; but one that says less, at a loss within a standard error, goes first.
 
-    Of exact ties the effect that comes first in the signal stands first.
+    Of exact ties the effect that comes first in the signal is first.
     """
     place = {name: i for i, name in enumerate(registry.effects())}
     ordered = sorted(

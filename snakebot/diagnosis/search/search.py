@@ -43,7 +43,7 @@ class SearchResult:
     Attributes:
         evidence: that it was found on: fits allow for the misfit that all everyday effects together leave.
         nominal: the robot without any effect.
-        best: the explanation that stands; ``nominal`` if none does.
+        best: the explanation that was accepted; ``nominal`` if none was.
         predicted: the same on runs left out of its fit; another trial only where it is ``untested``.
         singles: trials of single effects, best first: the ranking.
         rivals: per term of ``best``, trials in which another effect takes its place, best first.
@@ -153,19 +153,19 @@ def _in_short(hypothesis: Hypothesis) -> str:
 
 
 def _winner(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Trial) -> Trial | None:
-    """The best of some trials that stands on top of ``base``."""
-    stands = (t for t in tried if accepted(scoring, t, base) and closes_more(scoring, t, base, nominal))
-    return next(stands, None)
+    """The best of some trials that is accepted on top of ``base``."""
+    good = (t for t in tried if accepted(scoring, t, base) and closes_more(scoring, t, base, nominal))
+    return next(good, None)
 
 
 def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: Trial) -> bool:
     """Whether to try all everyday effects on every joint: the search has ended with a gap left, or most joints have
     a gap that the winner does not close.
     """
-    stands = winner or best
-    if closed_enough(scoring, stands, nominal):
+    so_far = winner or best
+    if closed_enough(scoring, so_far, nominal):
         return False
-    return winner is None or gap_of(scoring, stands.held_square).significant.mean() >= MOST_JOINTS
+    return winner is None or gap_of(scoring, so_far.held_square).significant.mean() >= MOST_JOINTS
 
 
 def _explored(
@@ -249,7 +249,7 @@ def as_fitted(evidence: Evidence, trial: Trial) -> Trial:
 
 
 def only_fitted(scoring: Scoring, nominal: Trial, singles: Sequence[Trial]) -> Trial:
-    """Where nothing stands on motions left out, because only one shows it: the effect that accounts for it whole.
+    """Where no effect is accepted on motions left out, because only one motion shows it: the effect that closes the gap.
 
     Such an effect says nothing of the motion that shows it while that one is left out. What then predicts it worse than
     no effect at all is not untested but refuted.

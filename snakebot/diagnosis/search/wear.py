@@ -96,22 +96,22 @@ def with_wear(
     if whole is None:
         return evidence, None
     evidence = evidence.with_misfit(whole.left_square)
-    alone = _accepted(evidence, nominal, first, whole.spared().added_to(nominal.hypothesis, nominal.theta))
+    alone = _accepted(evidence, nominal, first, whole.reduced().added_to(nominal.hypothesis, nominal.theta))
     best = alone or first
     beside = []
     for fault in _faults(evidence.scoring, nominal, first, fits):
         with_fault = worn(evidence, library, fault)
         if with_fault is not None and with_fault.leaves_less_than(whole):
-            candidate = with_fault.spared().added_to(fault.hypothesis, fault.theta)
+            candidate = with_fault.reduced().added_to(fault.hypothesis, fault.theta)
             beside.append(_accepted(evidence, nominal, best, candidate))
     found = [trial for trial in beside if trial is not None]
     return evidence, max(found, key=lambda t: t.score(evidence.scoring), default=alone)
 
 
 def _faults(scoring: Scoring, nominal: Trial, first: Trial, fits: Sequence[Trial]) -> list[Trial]:
-    """What everyday effects may stand beside: ``first``, unless it is one of them, and what takes most of the gap away.
+    """What everyday effects are tried beside: ``first``, unless it is one of them, and what takes most of the gap away.
 
-    The score hardly sees a fault of a few moments before what every joint has a little of is out of the way.
+    The score hardly changes with a fault of a few moments before the everyday effects are in the prediction.
     """
     gap_square = excess(scoring, nominal, scoring.of_angles)
     left = {
@@ -132,12 +132,12 @@ def _is_everyday(trial: Trial) -> bool:
 
 
 def _accepted(evidence: Evidence, nominal: Trial, base: Trial, candidate: Candidate | None) -> Trial | None:
-    """The trial of a candidate, if it stands where ``base`` stood."""
+    """The trial of a candidate, if it is accepted on top of ``base``."""
     if candidate is None:
         return None
     trial = run_trial(evidence, candidate.hypothesis, candidate.starts)
-    stands = accepted(evidence.scoring, trial, base) and closes_more(evidence.scoring, trial, base, nominal)
-    return trial if stands else None
+    good = accepted(evidence.scoring, trial, base) and closes_more(evidence.scoring, trial, base, nominal)
+    return trial if good else None
 
 
 def worn(evidence: Evidence, library: Library, base: Trial) -> Whole | None:
@@ -281,7 +281,7 @@ class Whole:
     left_square: Floats
 
     def leaves_less_than(self, other: Whole) -> bool:
-        """Whether it leaves so much less than ``other`` does that what it is beside may stand: in mean square or in
+        """Whether it leaves so much less than ``other`` does that what it is beside may be accepted: in mean square or in
         score, as of a further effect.
         """
         angles = self.bench.evidence.angles
@@ -295,7 +295,7 @@ class Whole:
         gain = 0.5 * (np.log1p(its / spread) - np.log1p(mine / spread))[changed]
         return bool(gain.sum() > LEAST_GAIN * gain.size)
 
-    def spared(self) -> Wear:
+    def reduced(self) -> Wear:
         """Take out of each joint what it can do without, the least of it first."""
         bench, theta = self.bench, self.theta.copy()
         every = np.ones((len(bench.joints), len(bench.terms)), dtype=bool)

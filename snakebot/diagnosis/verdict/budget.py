@@ -104,8 +104,8 @@ def ground_budget(
 
 
 def window_draws(run: Ints, lone: Bools, seed: int) -> Ints | None:
-    """(D, W) draws of the windows of the motion over ground: within each run; runs of one speed alone stand for each
-    other. None where there are too few for an interval.
+    """(D, W) draws of the windows of the motion over ground: within each run; runs of one speed alone are
+    exchangeable. None where there are too few for an interval.
 
     Args:
         run: (W,) of each window.
@@ -130,7 +130,7 @@ def by_share(
     order = sorted(range(len(causes)), key=lambda i: -round(share.get(i, -math.inf), 2))
     place = {None: None} | {old: new for new, old in enumerate(order)}
     entries = [entry.model_copy(update={"cause": place[entry.cause]}) for entry in budget]
-    of_rest = len(causes)  # stands behind all of them
+    of_rest = len(causes)  # comes after all of them
     entries.sort(key=lambda entry: of_rest if entry.cause is None else entry.cause)
     return tuple(causes[i] for i in order), tuple(entries)
 

@@ -185,9 +185,7 @@ def speed_closure(
     else:
         closed = (e2 - a2) / (e2 - f2)
         if before.size >= LEAST_DRAWN:
-            runs_alike = np.zeros(
-                before.size, dtype=np.int64
-            )  # each is one number: they stand for each other
+            runs_alike = np.zeros(before.size, dtype=np.int64)  # each is one number: they are exchangeable
             draw = resample(runs_alike, np.random.default_rng(seed), DRAWS)
             eb, ab = before[draw].mean(axis=1), after[draw].mean(axis=1)
             interval = _interval((eb - ab) / np.maximum(eb - f2, LEAST_DRAWN_GAP * (e2 - f2)))

@@ -2,7 +2,7 @@
 
 The shape of the rule is fixed here, its numbers come from ``calibration.json``, which
 ``tools/blind/calibrate`` or ``tools/calibrate_diagnosis`` writes from simulated sessions with known causes (the command
-and the seeds stand in the file).
+and the seeds are in the file).
 """
 
 from __future__ import annotations

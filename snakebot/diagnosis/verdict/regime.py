@@ -142,7 +142,7 @@ def sentence(found: Sequence[Regime], *, rest: bool = False) -> str:
         return (
             f"{what} is much the same at all speeds, angles and times ({np.degrees(size(high)):.2g} deg rms)"
         )
-    # where the load is not known, the angle stands for it: gravity pulls at an arm
+    # where the load is not known, the angle replaces it: gravity pulls at an arm
     others = [axis for axis in LOAD_AXES if axis in apart and axis != first and apart[axis][0] >= CLEAR_RATIO]
     second = f"; {told(others[0])}" if others and first not in LOAD_AXES else ""
     return f"{what} is largest {told(first)}{second}"

@@ -42,7 +42,7 @@ def with_random_loss(
 ) -> SearchResult:
     """Lost set-points in the place of a delay, where what is left over shows them and they predict clearly better.
 
-    They move the body between the samples, which no replay of samples shows: effects of the body are dropped with the delay.
+    They move the body between the samples, which no replay of samples shows: effects of the body are left out, too.
     """
     if link_is_clean(evidence.data):
         return found

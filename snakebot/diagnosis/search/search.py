@@ -249,7 +249,7 @@ def as_fitted(evidence: Evidence, trial: Trial) -> Trial:
 
 
 def only_fitted(scoring: Scoring, nominal: Trial, singles: Sequence[Trial]) -> Trial:
-    """Where no effect is accepted on motions left out, because only one motion shows it: the effect that closes the gap.
+    """Where no effect is accepted on motions left out, for one motion alone shows it: the effect that closes the gap.
 
     Such an effect says nothing of the motion that shows it while that one is left out. What then predicts it worse than
     no effect at all is not untested but refuted.

@@ -281,7 +281,7 @@ class Whole:
     left_square: Floats
 
     def leaves_less_than(self, other: Whole) -> bool:
-        """Whether it leaves so much less than ``other`` does that what it is beside may be accepted: in mean square or in
+        """Whether it leaves so much less than ``other`` that what it is fitted beside is needed: in mean square or in
         score, as of a further effect.
         """
         angles = self.bench.evidence.angles

@@ -13,7 +13,7 @@ from snakebot.errors import BadInputError
 from snakebot.runlog.number_table import CsvForm, number, spaced, uncommented
 
 SAMPLE_BYTES = 64 << 10  # of the file's beginning; chosen: hundreds of rows
-SAMPLE_ROWS = 200
+SAMPLE_ROWS = 200  # by which its form is found out, behind the rows to skip; chosen
 _DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces"}
 _ENCODINGS = ("utf-8", "cp1252")  # what a spreadsheet in the west writes where it does not write UTF-8
 

@@ -20,7 +20,7 @@ def three(value: float) -> str:
 
 
 def span(low: float, high: float) -> str:
-    """An interval, both ends with the decimals that the larger one is worth: "1.8 to 2.3"."""
+    """An interval, both ends with as many decimals as the larger one needs: "1.8 to 2.3"."""
     if not (math.isfinite(low) and math.isfinite(high)):
         return "unknown"
     width = high - low

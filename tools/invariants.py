@@ -23,9 +23,8 @@ Answer = dict[str, Any]
 HALF = 0.5  # closure from which a gap is explained; probability from which a cause is claimed
 WITHIN = 0.1  # share of the squared floor, under which a mean square above the floor is no gap
 APART = 0.5  # share of the gap, by which what is left may differ from what is not closed: they weigh runs differently
-UNDONE = (
-    0.01  # share of the gap that parts may close beyond the whole, which is not fitted to the angles alone
-)
+# Share of the gap that parts may close beyond the whole, which is not fitted to the angles alone.
+UNDONE = 0.01
 ROUNDED = 0.001  # of probabilities, as they are told
 MOST_GUESSED = 0.5  # highest probability of a cause that no motion tests (docs/diagnosis-method.md)
 UNTESTED = re.compile("nothing tests it|no run is held out")  # so an answer says that none does

@@ -1,4 +1,4 @@
-"""From what stands on a command line to runs with their robot."""
+"""From the words of a command line to runs with their robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The part of a report that sets several runs side by side."""
+"""The part of a report that compares several runs."""
 
 from __future__ import annotations
 

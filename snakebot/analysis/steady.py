@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from snakebot.analysis.sine import fit_sine
 from snakebot.arrays import Floats
+from snakebot.robust import MAD_TO_STD
 
 TOLERANCE = 0.01  # of the joint's amplitude, or of the distance a cycle
 MIN_SETTLED_CYCLES = 2  # whole cycles of the gait that must be alike; fewer show no trend
@@ -166,7 +167,7 @@ def _scatter(features: Floats) -> Floats:
     second = features[4:] - 2 * features[2:-2] + features[:-4]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
-        return np.nan_to_num(3 * 1.4826 * np.nanmedian(np.abs(second), axis=0) / math.sqrt(6))
+        return np.nan_to_num(3 * MAD_TO_STD * np.nanmedian(np.abs(second), axis=0) / math.sqrt(6))
 
 
 def _longest_steady_stretch(features: Floats) -> tuple[int, int] | None:

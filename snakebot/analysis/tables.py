@@ -1,4 +1,4 @@
-"""Several runs side by side, in the layout of the paper's Tables II, III and IV.
+"""Several runs compared, in the layout of the paper's Tables II, III and IV.
 
 Only the layout is the paper's: every cell is measured or simulated here, and one that is neither stays empty.
 """

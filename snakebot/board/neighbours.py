@@ -1,4 +1,4 @@
-"""Who else speaks on a board's line: a second board is an error, another host worth a warning."""
+"""Who else speaks on a board's line: a second board is an error, another host is a warning."""
 
 from __future__ import annotations
 

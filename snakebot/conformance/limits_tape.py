@@ -14,9 +14,8 @@ from snakebot.conformance.violations import NotApplicableError, expect
 from snakebot.gait.limits import SlewLimiter
 
 _SLACK_RAD = 1.1e-4  # half a step of the wire, and single precision
-_BLUR_S = (
-    1e-4  # of the times: a microsecond of the clock counts for more where a joint brakes at the last moment
-)
+# Uncertainty of the times, s: a microsecond of the clock counts for more where a joint brakes at the last moment.
+_BLUR_S = 1e-4
 _INTERVAL_STEP_S = 0.0005
 _PAUSE_S = 0.000037  # between two multiples of a step: no tick comes just in time or just too early
 _PATIENCE_S = 0.06  # without an executed tick: then one comes that must be

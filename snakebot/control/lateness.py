@@ -1,4 +1,4 @@
-"""When a tick is late, what that costs, when it is worth a warning, and when the host gives up.
+"""When a tick is late, what that costs, when a warning is due, and when the host gives up.
 
 What protects the robot from a late host is the board's watchdog. The host counts: it skips the ticks that it slept
 through and never sends them in a burst, warns once, and gives up only where the watchdog is near, time and again. It

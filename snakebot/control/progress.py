@@ -104,7 +104,7 @@ class Progress:
     lost: int = 0  # set-points without an answer
     clamped: int = 0  # joint set-points that the host's own limits changed
     worst_lateness_s: float = 0.0
-    often_late: bool = False  # not just disturbed once: worth a warning
+    often_late: bool = False  # more than one disturbance: a warning is due
     standstill: StandstillSoFar = field(default_factory=StandstillSoFar)
     pose: PoseReading | None = None
     steering: SteeringSoFar | None = None

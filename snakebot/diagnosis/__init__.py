@@ -1,18 +1,19 @@
 """Diagnosis of the gap between robot and simulation: where, which effect, how far it shrinks. See docs/diagnosis.md.
 
-``engine.diagnose`` leads a session through the rooms, one after the other; each hands on a frozen record::
+``engine.diagnose`` takes a session through the rooms, one after the other; each returns a frozen record to the next::
 
     Session -> evidence -> fit -> search -> verdict -> proposal -> Diagnosis -> show
 
 A room imports only rooms before it. ``options`` is what a user may ask for, ``result`` the schema of the answer. A
-constant at the head of a file was chosen, on sessions set aside for tuning, unless its comment says how it was
-measured. Names load on first use.
+constant at the head of a file says its unit and where it comes from: chosen (on sessions set aside for tuning),
+measured, or by definition. Names load on first use.
 """
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from snakebot.lazy import names_from
 
 if TYPE_CHECKING:
     from snakebot.diagnosis.engine import diagnose
@@ -22,8 +23,4 @@ _HOME = {"Diagnosis": "result", "diagnose": "engine", "json_schema": "result"}
 
 __all__ = ["Diagnosis", "diagnose", "json_schema"]
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+__getattr__ = names_from(__name__, _HOME)

@@ -1,4 +1,4 @@
-"""Experiments by turns: run a starting set, diagnose, run what is proposed, until one cause stands or nothing helps.
+"""Experiments by turns: run a starting set, diagnose, run what is proposed, until one cause is left or nothing helps.
 
 Nothing here moves a robot: whoever calls ``experiments`` says how a motion is run, and may ask a person first.
 """
@@ -79,7 +79,7 @@ def experiments(
         raise BadInputError("--live: fewer than two runs were made: nothing to diagnose")
     found = diagnose()
     if done < len(start):
-        return found  # who said no once is not asked again
+        return found  # a run was refused: no further one is asked for
     tried: set[str] = set()
     while True:
         so_far = f"After {done} runs: {found.verdict.replace('_', ' ')}"

@@ -11,18 +11,17 @@ import numpy as np
 from snakebot.diagnosis.evidence.data import MIN_SAMPLES, holes, motion_numbers
 from snakebot.diagnosis.evidence.sanity import LEAST_MOTION_COUNTS
 from snakebot.diagnosis.live import starting_set
+from snakebot.diagnosis.proposal.menu import DURATION_S
 from snakebot.errors import BadInputError
 from snakebot.in_words import span
 from snakebot.runlog import Run, Session
 
-FEWEST_MOTIONS = 3  # that differ: two to fit, one to check on; as docs/diagnosis.md asks for
+FEWEST_MOTIONS = 3  # that differ; chosen: two to fit, one to check on, as docs/diagnosis.md says
 SHORT_S = 8.0  # of a run with its ramps, below which it holds few cycles of a slow gait; chosen
 FEW = 3  # short runs that are told one by one; chosen
-LOST = 0.01  # share of a run's readings, from which on it is worth a look at the line; chosen
+LOST = 0.01  # share of a run's readings, above which the line should be checked; chosen
 SMALL_DEG = 6.0  # swing of a motion that shows dead bands, play and friction; chosen
-UNEVEN = (
-    0.2  # share of samples whose step is off the usual one by a tenth, from which on the clock is one; chosen
-)
+UNEVEN = 0.2  # share of steps in time that are off the usual one by a tenth, above which a clock is doubted; chosen
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,7 @@ class _Commands:
         try:
             self.gaits = [e.command for e in starting_set(session.robot)]
         except BadInputError:  # limits that allow none of them
-            self.gaits = ["snakebot run --alpha 10 --beta 80 --omega 1 --duration 12"]
+            self.gaits = [f"snakebot run --alpha 10 --beta 80 --omega 1 --duration {DURATION_S:g}"]
 
     def run(self, command: str) -> str:
         return command + self.end
@@ -81,7 +80,7 @@ class _Commands:
             return self.run(self.gaits[0])
         gait = run.gait
         offset = f" --offset {math.degrees(gait.offset_rad):g}" if gait.offset_rad else ""
-        length = max(run.duration_s, 12.0)
+        length = max(run.duration_s, DURATION_S)
         return self.run(
             f"snakebot run --alpha {math.degrees(gait.alpha_rad):g} --beta {math.degrees(gait.beta_rad):g} "
             f"--omega {gait.omega_rad_s:g}{offset}{gait.shares_option} --duration {length:.3g}"
@@ -96,10 +95,8 @@ def _still_joints(runs: Sequence[Run], session: Session, way: _Commands) -> list
         if told <= least:
             number = joint + 1
             text = f"joint {number} is never commanded to move: nothing can be said about it"
-            probe = (
-                f"snakebot run --probe triangle:amplitude_deg=6,rate_deg_s=6,joints={number} --duration 12"
-            )
-            out.append(Missing("still joint", text, way.run(probe)))
+            probe = f"triangle:amplitude_deg=6,rate_deg_s=6,joints={number} --duration {DURATION_S:g}"
+            out.append(Missing("still joint", text, way.run(f"snakebot run --probe {probe}")))
         elif seen <= least:
             text = (
                 f"joint {joint + 1} never moves, though up to {math.degrees(told):.0f} deg are commanded: is its servo "

@@ -17,13 +17,13 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import Evidence, gather
+from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.live import Experiment, numbered, starting_set
 from snakebot.diagnosis.proposal.experiment import channel_told
 from snakebot.diagnosis.proposal.foresee import Foreseen, foresee, lead_over, shows
 from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, Option, menu
 from snakebot.diagnosis.proposal.separation import RATE_HZ, SimulatedMotion
-from snakebot.diagnosis.search.groups import ALIKE
 from snakebot.diagnosis.search.library import usable_effects
 from snakebot.effects import predict
 from snakebot.effects.effect import Effect
@@ -35,9 +35,9 @@ from snakebot.runlog import Run, Session
 if TYPE_CHECKING:
     from snakebot.robot import Robot
 
-MOST_ADDED = 3  # runs; chosen
-POSE_NOISE_M, HEADING_NOISE_RAD = 1e-3, math.radians(0.3)  # of a camera above the robot; chosen
-BETWEEN_RUNS_S = 20.0  # to put the robot back; chosen
+MOST_ADDED = 3  # runs that are added to a plan; chosen
+POSE_NOISE_M, HEADING_NOISE_RAD = 1e-3, math.radians(0.3)  # of a camera above the robot, m and rad; chosen
+BETWEEN_RUNS_S = 20.0  # to put the robot back, s; chosen
 Pair = tuple[str, str]
 Progress = Callable[[str, float], None]
 

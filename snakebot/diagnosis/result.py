@@ -1,6 +1,6 @@
 """What a diagnosis says: the types behind schema ``snakebot.diagnosis/2``, which adds to ``snakebot.diagnosis/1``.
 
-Beside the keys of the contract a few more stand in the file (``motion`` of a proposed experiment, ``details`` of the
+Beside the keys of the contract a few more are in the file (``motion`` of a proposed experiment, ``details`` of the
 gap by joint and regime); readers may ignore them.
 """
 
@@ -11,6 +11,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 SCHEMA, FIRST_SCHEMA = "snakebot.diagnosis/2", "snakebot.diagnosis/1"
+# Ends of what a probability is told as; chosen: hundreds of cases, not thousands, are behind them.
+HIGHEST, LOWEST = 0.99, 0.01
 
 Verdict = Literal["explained", "partly", "no_gap", "unexplained"]
 Stage = Literal["link", "servo", "sensor", "body", "none"]

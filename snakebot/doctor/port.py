@@ -113,7 +113,7 @@ def latency_timer(path: Path, sys: Path = Path("/sys/bus/usb-serial/devices")) -
         return [Finding("latency timer", Status.OK, f"{text} ms")]
     advice = (
         f"snakebot asks the driver for 1 ms when it opens the port; if round trips stay long: "
-        f"`echo 1 | sudo tee {timer}`, for good with a udev rule (docs/connect.md)"
+        f"`echo 1 | sudo tee {timer}`, permanently with a udev rule (docs/connect.md)"
     )
     return [Finding("latency timer", Status.WARN, f"{text} ms: each answer may wait that long", advice)]
 

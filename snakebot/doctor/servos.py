@@ -11,10 +11,10 @@ from snakebot.doctor.finding import Finding, Status
 from snakebot.errors import BadInputError, NoBoardError, SnakebotError
 from snakebot.links.port import ServoPort
 from snakebot.robot import JointServo, Robot
-from snakebot.servobus.joints import Joint, roll_call, wanted_servos
+from snakebot.servobus.joints import SCAN_IDS, Joint, roll_call, wanted_servos
 from snakebot.servobus.master import BusMaster
 from snakebot.servobus.opening import open_master
-from snakebot.servobus.scan import SCAN_IDS, find_servos
+from snakebot.servobus.scan import find_servos
 from snakebot.servobus.settings import read_found
 from snakebot.servobus.start import check_settings, measure_cycle, measure_latency
 from snakebot.servobus.troubles import hardware_fault, words

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from snakebot.effects.stages import assemble, filled
+from snakebot.robust import MAD_TO_STD
 from snakebot.smoothing import smoothed
 
 if TYPE_CHECKING:
@@ -104,7 +105,7 @@ class Observed:
         """Standard deviation of what changes from sample to sample and back: noise, not motion."""
         return _pooled(
             [np.diff(r.measured_rad, n=3, axis=0) / np.sqrt(20.0) for r in self.runs],
-            lambda d: 1.4826 * np.nanmedian(np.abs(d)),
+            lambda d: MAD_TO_STD * np.nanmedian(np.abs(d)),
         )
 
     @cached_property

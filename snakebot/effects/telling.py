@@ -1,7 +1,7 @@
 """What an effect declares of itself, put into words: its sentence with numbers and joints, its parameters.
 
 In a ``sentence``, ``{where}`` is the joints with a capital ("Joint 3", "All joints"), ``{on}`` the same in the midst of
-a sentence, ``{name}`` a parameter with its unit as a lab says it, and ``[is|are]`` goes by the number of joints.
+a sentence, ``{name}`` a parameter with its unit as a lab says it, and ``[is|are]`` depends on the number of joints.
 """
 
 from __future__ import annotations

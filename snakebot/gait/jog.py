@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.errors import BadInputError
-from snakebot.gait.motion import Motion, blend
+from snakebot.gait.blend import blend
+from snakebot.gait.motion import Motion
 
 STEP_S = 0.5  # that one step of a joint takes; chosen
 LONGEST_JOG_S = 3600.0  # an hour; chosen

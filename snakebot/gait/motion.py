@@ -1,6 +1,6 @@
 """Motions a robot can be sent: a gait that starts, changes and ends without a jump, or recorded set-points.
 
-All blends use the quintic 10 s^3 - 15 s^4 + 6 s^5: position, velocity and acceleration are continuous at both ends.
+All of them start, change and end along the same blend (``blend``).
 """
 
 from __future__ import annotations
@@ -11,45 +11,18 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from snakebot.errors import BadInputError
+from snakebot.gait.blend import blend, blend_integral, blend_integrals, blends
 from snakebot.gait.offset_track import OffsetTrack
 from snakebot.gait.wave import Gait
 
-# Largest slope and curvature of the quintic over the unit interval.
-BLEND_PEAK_SLOPE = 15 / 8
-BLEND_PEAK_CURVATURE = 10 / math.sqrt(3)  # of s^3 (10 - 15 s + 6 s^2) on 0..1, at s = 1/2 -+ 1/sqrt(12)
 LONGEST_S = 1e8  # three years
 LONGEST_RAMP_S = 600.0  # ten minutes; chosen
 SHORTEST_BLEND_S = 1e-6  # no clock here is finer; what is shorter changes at once
-
-
-def blend(s: float) -> float:
-    """The quintic step from 0 to 1; constant outside."""
-    return float(_step(min(max(s, 0.0), 1.0)))
-
-
-def blends(s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """``blend`` of each."""
-    found: NDArray[np.float64] = _step(np.clip(s, 0.0, 1.0))
-    return found
-
-
-def _step(s: Any) -> Any:
-    """The quintic over the unit interval, of a number or an array."""
-    return s * s * s * (10 + s * (-15 + 6 * s))
-
-
-def _blend_integral(s: float) -> float:
-    """Integral of ``blend`` from 0 to s."""
-    if s <= 0:
-        return 0.0
-    c = min(s, 1.0)
-    return c**4 * (2.5 + c * (-3 + c)) + max(s - 1.0, 0.0)
 
 
 def check_times(duration_s: float, ramp_s: float) -> None:
@@ -199,7 +172,7 @@ class GaitMotion(Motion):
         old = self._changes[index - 1].gait
         s = since / change.blend_s
         share = blend(s)
-        omega_gain = (new.omega_rad_s - old.omega_rad_s) * change.blend_s * _blend_integral(s)
+        omega_gain = (new.omega_rad_s - old.omega_rad_s) * change.blend_s * blend_integral(s)
         phase = change.phase_rad + old.omega_rad_s * since + omega_gain
         if share >= 1:
             return phase, new
@@ -247,25 +220,23 @@ class GaitMotion(Motion):
         if self.ramp_s > 0:
             for since, posture in ((t, self.start_rad), (self.duration_s - t, self.end_rad)):
                 ramp = since < self.ramp_s
-                share = _step(np.clip(since[ramp] / self.ramp_s, 0.0, 1.0))[:, None]
+                share = blends(since[ramp] / self.ramp_s)[:, None]
                 wave[ramp] = posture + share * (wave[ramp] - posture)
         return wave
 
 
 def _blended_wave(
-    since_s: NDArray[np.float64], change: _Change, old: Gait, blends: bool, joints: int
+    since_s: NDArray[np.float64], change: _Change, old: Gait, gradual: bool, joints: int
 ) -> NDArray[np.float64]:
-    """Set-points (T, joints) of a wave at times since a change; ``blends`` from the old gait, or is there at once."""
+    """Set-points (T, joints) of a wave at times since a change; ``gradual``: from the old gait, else at once."""
     new = change.gait
-    if not blends or change.blend_s <= 0:
+    if not gradual or change.blend_s <= 0:
         old, s = new, np.ones_like(since_s)
     else:
         s = since_s / change.blend_s
-    inside = np.clip(s, 0.0, 1.0)
-    share = _step(inside)
-    integral = inside**4 * (2.5 + inside * (-3 + inside)) + np.maximum(s - 1.0, 0.0)
+    share = blends(s)
     phase = change.phase_rad + old.omega_rad_s * since_s
-    phase = phase + (new.omega_rad_s - old.omega_rad_s) * change.blend_s * integral
+    phase = phase + (new.omega_rad_s - old.omega_rad_s) * change.blend_s * blend_integrals(s)
 
     def mixed(name: str) -> NDArray[np.float64]:
         before, after = getattr(old, name), getattr(new, name)
@@ -334,8 +305,8 @@ class SampledMotion(Motion):
         inner = t - self.ramp_s
         wave: NDArray[np.float64] = self._path(np.clip(inner, 0.0, self._t[-1]))
         first, last = inner < 0, inner > self._t[-1]
-        wave[first] = self._start + _step(t[first] / self.ramp_s)[:, None] * (wave[first] - self._start)
-        wave[last] *= _step((self.duration_s - t[last]) / self.ramp_s)[:, None]
+        wave[first] = self._start + blends(t[first] / self.ramp_s)[:, None] * (wave[first] - self._start)
+        wave[last] *= blends((self.duration_s - t[last]) / self.ramp_s)[:, None]
         return wave
 
     def ended(self, t_s: float) -> Motion:
@@ -357,7 +328,7 @@ class SlowedMotion(Motion):
         if since <= 0 or self._slowing_s <= 0:
             return self._motion.angles(min(t_s, self._from_s))
         s = since / self._slowing_s
-        return self._motion.angles(self._from_s + self._slowing_s * (s - _blend_integral(s)))
+        return self._motion.angles(self._from_s + self._slowing_s * (s - blend_integral(s)))
 
     def ended(self, t_s: float) -> Motion:
         return self  # it is ending already

@@ -15,6 +15,7 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
+from snakebot.gait.blend import blend_integrals, blends
 from snakebot.gait.motion import Motion, check_times
 from snakebot.gait.probe import Probe
 
@@ -76,8 +77,8 @@ class ProbeMotion(Motion):
         way = np.zeros((t.size, self.joints))
         way[:, self._moved] = (self.probe.offset_rad + self._way(t - self.ramp_s))[:, None]
         if self.ramp_s > 0:
-            rise = _blend(t / self.ramp_s)[:, None]
-            fall = _blend((self.duration_s - t) / self.ramp_s)[:, None]
+            rise = blends(t / self.ramp_s)[:, None]
+            fall = blends((self.duration_s - t) / self.ramp_s)[:, None]
             way = fall * (self.start_rad + rise * (way - self.start_rad))
         return way
 
@@ -181,19 +182,6 @@ class _Sine:
     def __call__(self, t_s: Floats) -> Floats:
         phase = self._omega[0] * t_s
         for start_s, more in self._changes:
-            phase = phase + more * self._span_s * _blend_integral((t_s - start_s) / self._span_s)
+            phase = phase + more * self._span_s * blend_integrals((t_s - start_s) / self._span_s)
         angle: Floats = self._amplitude * np.sin(phase)
         return angle
-
-
-def _blend(s: Floats) -> Floats:
-    """``motion.blend`` for arrays."""
-    c = np.clip(s, 0.0, 1.0)
-    step: Floats = c * c * c * (10 + c * (-15 + 6 * c))
-    return step
-
-
-def _blend_integral(s: Floats) -> Floats:
-    c = np.clip(s, 0.0, 1.0)
-    area: Floats = c**4 * (2.5 + c * (-3 + c)) + np.maximum(s - 1.0, 0.0)
-    return area

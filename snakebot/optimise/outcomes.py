@@ -17,7 +17,7 @@ from snakebot.effects import assemble
 from snakebot.effects.prediction import replay_stage
 from snakebot.effects.servo_stage import ServoRun, servo_stages
 from snakebot.errors import BadInputError
-from snakebot.gait.motion import blends
+from snakebot.gait.blend import blends
 from snakebot.physics import servo_layout as layout
 from snakebot.physics import simulate_gaits
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 STEP_S = 0.01  # of the set-points, held in between: 100 Hz, as `snakebot run` sends them
 THOROUGH = (8, 4)  # cycles simulated, and the last ones averaged: the paper's
-QUICK = (5, 2)  # to choose what is worth a thorough look; chosen
+QUICK = (5, 2)  # to choose what is then simulated at length; chosen
 # Of a brief look: least steps of the body in a cycle, where the joints do not feel it; but never shorter than those of
 # the set-points. Speed and power stay within 1 % of a thorough look's (tests/optimise/test_brief_look.py).
 QUICK_STEPS = 160

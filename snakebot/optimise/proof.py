@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 REPEATS = 3  # runs of each of the two gaits; chosen
+# Neighbours of a gait that it is compared with: factor on alpha, rad added to beta, factor on omega; chosen.
 STEPS = ((0.85, 0.0, 1.0), (1.15, 0.0, 1.0), (1.0, -0.2, 1.0), (1.0, 0.2, 1.0), (1.0, 0.0, 0.85))
 SAME = 0.02  # two choices that differ by less in alpha, beta (rad) and omega are one; chosen
 

@@ -2,7 +2,7 @@
 
 The robot is the description with the effects that explain the published speeds. At the same omega, three gaits on it:
 the paper's, the fastest of the description without the effects, and the fastest of the robot with them. What the third
-gains over the second is what knowing the effects is worth, as far as the explanation is right.
+gains over the second is the benefit of knowing the effects, as far as the explanation is right.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ Simulate = Callable[..., Outcomes]  # of gaits (G, 3); thorough=
 GRID = (10, 10, 7)  # alphas, betas, omegas
 STARTS = 3  # places of the grid from which it goes uphill
 SHORTEST = 1 / 16  # of the grid's spacing: the last step, about a degree and a hundredth of omega
-MOST_STEPS = 16
+MOST_STEPS = 16  # of one way uphill; chosen
 BRIEF_TORQUE = 0.97  # of the torque that a gait may take; chosen
 OMEGA_TRIES = 6  # to bring a speed about
 

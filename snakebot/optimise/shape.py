@@ -19,7 +19,7 @@ AMPLITUDES: tuple[Amplitudes, ...] = get_args(Amplitudes)
 LEAST = 0.1  # share of alpha that a joint keeps; chosen
 FIRST, SHORTEST = 0.2, 0.025  # steps in a share; chosen
 ROUNDS = 3  # of shares, then alpha, beta and omega; chosen
-WORTH = 1e-3  # share of a score by which a round has to be better to be followed by another; chosen
+LEAST_BETTER = 1e-3  # share of a score by which a round must improve it to be followed by another; chosen
 
 
 def shaped(
@@ -40,7 +40,7 @@ def shaped(
         if found <= before:
             break
         gait, score = nearer, found
-        if found - before < WORTH * abs(before):
+        if found - before < LEAST_BETTER * abs(before):
             break
     return np.asarray(gait)
 

@@ -1,4 +1,4 @@
-"""Gaits from rest, step by step, compiled: eight side by side in the lanes of one processor register.
+"""Gaits from rest, step by step, compiled: eight at once in the lanes of one processor register.
 
 What is called here once for many gaits is ``run_blocks``; ``gaits`` makes its arguments and reads what it leaves.
 """

@@ -19,7 +19,7 @@ from snakebot.physics.lanes import WIDTH
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
 from snakebot.physics.trajectory import Trajectory
 
-# With these, halving the step moves the speed and power of a gait worth walking by less than 0.2 %.
+# With these, halving the step changes the speed and power of a gait that travels by less than 0.2 %.
 VISCOUS_STEPS_PER_CYCLE = 200
 # Friction that jumps at zero speed needs shorter steps (tests/physics/test_physics_convergence.py).
 COULOMB_STEPS_PER_CYCLE = 800

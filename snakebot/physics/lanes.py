@@ -1,7 +1,7 @@
 """Eight numbers in one: a numba type for a vector register, so that one kernel moves one robot or eight at once.
 
 A kernel written for numbers and arrays of numbers compiles as it stands for ``Lanes`` and ``LaneArray``: the same
-operations, eight gaits side by side. What differs between the eight may not steer a branch: there is no comparison.
+operations, eight gaits at once. What differs between the eight may not steer a branch: there is no comparison.
 Numbers mix with lanes and spread over all of them. A processor with narrower registers uses several.
 """
 

@@ -9,7 +9,7 @@ the step again.
 What a motor has is a line from stall to its no-load speed and beyond, where it brakes: stall (1 - rate / no load), the
 same the other way round. A limit cuts the line off: the lesser of the two holds at each instant. A motor at its line is
 a damper to the integrator, implicit like the ground. Taken as a limit on speed that falls with the torque just measured
-it would chase its own tail: less speed, less torque, more speed.
+it would oscillate from step to step: less speed, less torque, more speed.
 """
 
 from __future__ import annotations

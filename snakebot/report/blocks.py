@@ -61,7 +61,7 @@ class Column:
 
 
 def significant(value: float, digits: int, decimals: int = 6) -> str:
-    """``value`` to so many significant digits, but no more decimals than its unit is worth."""
+    """``value`` to so many significant digits, but no more decimals than its unit needs."""
     if value == 0:
         return "0"
     exponent = math.floor(math.log10(abs(value)))

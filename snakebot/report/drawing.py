@@ -19,7 +19,7 @@ class Drawing:
 
     Attributes:
         share: (joints,).
-        body: links in a row, joined; else servos side by side on a bench.
+        body: links in a row, joined; else separate servos on a bench.
         label: for those who do not see it.
     """
 

@@ -21,7 +21,7 @@ _CHARTS = ("line", "xy", "bars", "snake")
 
 @dataclass(frozen=True)
 class Beside:
-    """Text, and what stands on its right."""
+    """Text, and blocks to the right of it."""
 
     text: Block
     blocks: Sequence[Block]
@@ -49,7 +49,7 @@ class Section:
         return self
 
     def add_grid(self, *blocks: Block) -> Section:
-        """Add blocks side by side, as many as the screen is wide for."""
+        """Add blocks in one row, as many as fit the width of the screen."""
         if blocks:
             self.blocks.append(list(blocks))
         return self

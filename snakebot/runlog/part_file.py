@@ -108,7 +108,7 @@ def metadata_record(values: Mapping[str, Any]) -> bytes:
 def beginning(
     robot: Robot, run: Mapping[str, Any], attachments: Mapping[str, bytes], start_time_ns: int
 ) -> bytes:
-    """What stands before the first tick: header, attachments, metadata, schemas and channels."""
+    """What precedes the first tick: header, attachments, metadata, schemas and channels."""
     from snakebot import __version__
 
     builder = RecordBuilder()

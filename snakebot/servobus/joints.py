@@ -13,7 +13,7 @@ from snakebot.servobus.models import model_by_number, model_named
 from snakebot.servobus.packets import Dialect
 from snakebot.servobus.registers import ServoModel
 
-_LOOK_AT = range(1, 21)  # ids that are looked at for servos that nobody has named
+SCAN_IDS = range(1, 21)  # ids that are asked where no ids are given; chosen
 _QUICK_TRIES = 1  # of a ping where a servo need not be there
 
 
@@ -92,7 +92,7 @@ def identify(master: BusMaster, servo: int, tries: int = 3) -> Identity | None:
     return Identity(servo, number, int.from_bytes(start[:2], order), model)  # type: ignore[arg-type]
 
 
-def look_around(master: BusMaster, ids: Sequence[int] = _LOOK_AT) -> list[Identity]:
+def look_around(master: BusMaster, ids: Sequence[int] = SCAN_IDS) -> list[Identity]:
     """Everybody who answers at one of these ids; each is asked once."""
     found = []
     for servo in ids:

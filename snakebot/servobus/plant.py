@@ -29,11 +29,10 @@ HELD_UP_S = 0.025  # for a line on which nobody answers any more: five such cycl
 ALONE_TRIES = 4  # before a joint is given up; of several silent ones together
 TICK_BUDGET_S = 0.007  # for asking again, within one reading
 _POWER_TRIES = 8  # of a sync write that is checked by reading back
-_SWIFT_RAD_S, _JUMP_RAD = (
-    40.0,
-    0.3,
-)  # no joint turns further between two readings: such a reading is asked again
-_SAME_RAD = 0.1
+# No joint turns faster than the first, and no reading jumps by more than the second beside that: such a reading is
+# asked again; chosen.
+_SWIFT_RAD_S, _JUMP_RAD = 40.0, 0.3
+_SAME_RAD = 0.1  # within which two readings of a joint agree; chosen
 BEYOND_RAD = math.radians(1.0)  # by which a joint without power may stand beyond its limit
 RELAX_AGAIN_S = 0.05  # between two tries to take power from a joint that does not confirm it
 UNHEARD_S = 1.0  # after this long without a confirmation it is a fault

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from snakebot.clock import Clock
 from snakebot.links.port import ServoPort
-from snakebot.servobus.joints import Identity, look_around
+from snakebot.servobus.joints import SCAN_IDS, Identity, look_around
 from snakebot.servobus.opening import open_master
 
 USUAL_BAUD = {
@@ -15,7 +15,6 @@ USUAL_BAUD = {
     "dynamixel": (1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000),
 }
 _WAIT_S = 0.006  # for one who may not be there; low-latency mode is asked for when the port is opened
-SCAN_IDS = range(1, 21)
 
 
 def find_servos(

@@ -12,7 +12,7 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion
-from snakebot.gait.motion import BLEND_PEAK_CURVATURE, BLEND_PEAK_SLOPE
+from snakebot.gait.blend import BLEND_PEAK_CURVATURE, BLEND_PEAK_SLOPE
 from snakebot.robot import Robot
 
 # Farther out the body curls: on the built-in robot at (37, 80, 2) the turn is in proportion up to here, and the speed
@@ -24,9 +24,8 @@ _BLEND_S = 1.0  # of a change, where the cycle is long enough; chosen, as for a 
 _BLEND_SHARE = 0.5  # of the cycle, where it is not
 _CHECK_STEP_S = 0.002  # between samples, as limits are checked before a run
 _PHASES = (0.0, 0.25, 0.5, 0.75)  # of a step: where the samples of another check may stand
-_EXACT = (
-    1 - 2e-5
-)  # of a limit: a peak of 20 rad/s an eighth of a step beside a sample, and what arithmetic rounds
+# Share of a limit that is used: the rest is for rounding, and for a peak of 20 rad/s an eighth of a step off a sample.
+_EXACT = 1 - 2e-5
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from snakebot.gait.motion import blend
+from snakebot.gait.blend import blend
 from snakebot.gait.offset_track import OffsetTrack
 from snakebot.steering.authority import Authority
 from snakebot.steering.course import Course
@@ -24,12 +24,11 @@ from snakebot.steering.response import Response
 # In shares of a cycle's error, so that they hold for any robot and gait. Heading and track together then have both
 # poles inside a circle of 0.5: an error halves at least with each cycle.
 HEADING_GAIN = 0.9  # of the heading error is turned back within the next cycle
-TRACK_GAIN = (
-    0.4  # of the distance from the line would be made good within a cycle, were the heading right at once
-)
+# Share of the distance from the line that is corrected within a cycle, if the heading follows at once; chosen.
+TRACK_GAIN = 0.4
 INTEGRAL_GAIN = 0.5  # of what the last cycle turned beyond the model's prediction counts as lasting
 SLIP_GAIN = 0.5  # the same of the angle between heading and way
-_MOST_SLIP_RAD = math.radians(40)
+_MOST_SLIP_RAD = math.radians(40)  # angle between heading and way that is corrected at most; chosen
 _LEAST_WAY = 0.02  # body lengths in a cycle: from less no direction can be taken
 _POINTS = 24  # of the integrals over the offsets of the last two cycles
 _CYCLE_TOLERANCE = 0.1  # by how much two decisions may be more or less than a cycle apart to be compared

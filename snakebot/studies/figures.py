@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def new_figure(columns: int = 1, width: float = 6.0, height: float = 4.0, rows: int = 1) -> Figure:
-    """A figure without a window, with that many plots side by side, in that many rows."""
+    """A figure without a window, with that many columns and rows of plots."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width * columns, height * rows), layout="constrained")

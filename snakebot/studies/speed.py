@@ -60,7 +60,7 @@ def _one(robot: Robot, gait: Gait, effects: Sequence[str]) -> SpeedRow:
     from snakebot.analysis.speed import speed_error_percent
     from snakebot.analysis.tracking import tracking
     from snakebot.effects import parse_effects, predict
-    from snakebot.gait.motion import blend
+    from snakebot.gait.blend import blend
     from snakebot.physics import ChainModel
 
     assert robot.body is not None

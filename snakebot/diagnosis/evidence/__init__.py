@@ -11,7 +11,7 @@ In: a session (``runlog.Session``). Out: one frozen record, ``gather.Evidence``,
   between two of them is not noise.
 * ``tolerance``: what the nominal numbers may be off by. ``angles`` and ``ground_evidence`` hold what was measured with
   the spread that noise and tolerance allow it.
-* ``blocks``, ``score``, ``gap``: residuals are compared in blocks of a second by a Cauchy loss; a gap is what stands
+* ``blocks``, ``score``, ``gap``: residuals are compared in blocks of a second by a Cauchy loss; a gap is a residual
   above the allowed spread.
-* ``folds``: which runs are fitted and which are only predicted. Runs of one motion never stand on both sides.
+* ``folds``: which runs are fitted and which are only predicted. Runs of one motion are never on both sides.
 """

@@ -23,8 +23,8 @@ class AngleEvidence:
         blocks: which block each sample belongs to; B blocks in all.
         floor_square: (B,) squared noise floor, rad^2.
         tolerance_square: (B,) mean square that the tolerance of a sound servo brings in, rad^2.
-        misfit_square: (B,) mean square that even a joint with a little of everything leaves over, rad^2: what no
-            effect of the library is exact to. A fit does not chase less.
+        misfit_square: (B,) mean square that all everyday effects together leave over, rad^2: the error of the library's
+            effects themselves. Fits and scores allow for it.
     """
 
     data: Data

@@ -14,6 +14,9 @@ from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.data import Data
 
 LEAST_FILLED = 0.25  # share of its samples, below which a block is left out; chosen
+# Correlation of neighbouring blocks that is believed at most: it makes an error three times as large; chosen.
+MOST_CORRELATED = 0.8
+CLEAR_SE = 2.0  # standard errors that make a difference a clear one: 95 %; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +101,7 @@ def mean_difference(gain: Floats, cluster: Ints) -> MeanDifference:
     variance = float(centred @ centred) / freedom
     same = cluster[1:] == cluster[:-1]
     lagged = float((centred[1:] * centred[:-1])[same].sum()) / freedom
-    rho = float(np.clip(lagged / variance, 0.0, 0.8)) if variance > 0 else 0.0
+    rho = float(np.clip(lagged / variance, 0.0, MOST_CORRELATED)) if variance > 0 else 0.0
     return MeanDifference(mean, float(np.sqrt(variance / n * (1 + rho) / (1 - rho))))
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
+from snakebot.robust import MAD_TO_STD
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
 if TYPE_CHECKING:
@@ -20,20 +21,24 @@ if TYPE_CHECKING:
     from snakebot.runlog import Run, Session
 
 
-# Robust deviations off its neighbours that make a lone sample a bad reading; chosen: no noise gets there.
+# Robust standard deviations off its neighbours that make a lone sample a bad reading; chosen: no noise gets there.
 SPIKE_MAD = 8.0
 SPIKE_COUNTS = 6.0  # ... and encoder counts that it must be off at least; chosen
-# After a servo comes back, in which its state is not known, s; chosen.
+# After a servo was without power, in which its state is not known, s; chosen.
 WAKE_UP_S = 0.05
-# Step in time over the usual one, from which on it is a hole: nobody knows what was commanded in it; chosen.
-HOLE = 1.5
+# Step in time over the usual one, from which on it is a hole: what was commanded in it is not known; chosen.
+HOLE_RATIO = 1.5
+# Without a row, above which it is not known where a joint was meanwhile, s; chosen.
+HOLE_S = 0.1
 USUAL = 0.8  # quantile of the steps in time that is the usual one, however unevenly a log was sampled; chosen
 # Time constants (or lengths of the hole, if it is short) after which a servo has settled; chosen.
 SETTLED = 5.0
-BLOCK_S = 1.0  # length of a block, long against the memory of a servo, s; chosen
-APPLIED_RAD = 2e-3  # within which a set-point was applied as commanded: a count of a 12 bit encoder is 1.5e-3
-CLEAN = 0.99  # share of the samples that must be applied as commanded, for the link to be beyond suspicion; chosen
+BLOCK_S = 1.0  # length of a block, long against a servo's time constant, s; chosen
+# Within which a set-point was applied as commanded; chosen: a count of 12 bits is 1.5e-3 rad.
+APPLIED_RAD = 2e-3
+CLEAN = 0.99  # share of the samples that must be applied as commanded, for the link to have no effect; chosen
 MIN_SAMPLES = 8  # of a joint in a run, below which the run tells nothing about it; chosen
+FEWEST_FOR_DELAY = 50  # samples of a run, below which nothing is said of delays in it; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,7 +184,7 @@ def link_is_clean(data: Data) -> bool:
 
 
 def block_numbers(t_s: Floats) -> Ints:
-    """Blocks of ``BLOCK_S``, long against the memory of a servo, but at least four a run; (N,)."""
+    """Blocks of ``BLOCK_S``, but at least four a run; (N,)."""
     length = min(BLOCK_S, max(float(t_s[-1]) / 4, 1e-9))
     last = max(int(t_s[-1] / length * (1 + 1e-9)) - 1, 0)
     return np.minimum((t_s / length).astype(np.int64), last)
@@ -195,7 +200,7 @@ def spikes(measured_rad: Floats, least_rad: float) -> Bools:
     apart = np.abs(after - before)
     scale = np.zeros(off.shape[1])
     read = np.isfinite(off).any(axis=0)
-    scale[read] = 1.4826 * np.nanmedian(np.abs(off[:, read]), axis=0)
+    scale[read] = MAD_TO_STD * np.nanmedian(np.abs(off[:, read]), axis=0)
     with np.errstate(invalid="ignore"):
         bad[1:-1] = (np.abs(off) > np.maximum(SPIKE_MAD * scale, least_rad)) & (np.abs(off) > 2 * apart)
     return bad
@@ -204,7 +209,7 @@ def spikes(measured_rad: Floats, least_rad: float) -> Bools:
 def holes(t_s: Floats, least_s: float = 0.0) -> Ints:
     """The last samples before stretches, longer than ``least_s``, that a log lacks; ``t_s`` (N,)."""
     steps = np.diff(t_s)
-    return np.flatnonzero(steps > max(HOLE * _usual_step_s(t_s), least_s))
+    return np.flatnonzero(steps > max(HOLE_RATIO * _usual_step_s(t_s), least_s))
 
 
 def _usual_step_s(t_s: Floats) -> float:

@@ -8,13 +8,20 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
-from snakebot.diagnosis.evidence.data import Data, PreparedRun
+from snakebot.diagnosis.evidence.data import MIN_SAMPLES, Data, PreparedRun
 from snakebot.diagnosis.evidence.repeats import Difference, change_warnings, doubt_warning, repeated_pairs
+from snakebot.robust import MAD_TO_STD
 
-TRIM = 0.05  # share of the largest block differences, taken for mishaps of one run; chosen
-SUSPECT = 4.0  # floor over the white noise, above which it is looked at twice; chosen
+# Share of the blocks, those that differ most between repeats, that is left out of the floor; chosen.
+TRIM = 0.05
+SUSPECT = 4.0  # floor over the white noise, above which it may hide a gap; chosen
 LARGE = 0.1  # rms of a gap over that of the commanded motion, above which no floor may hide it; chosen
-COVERS = 2.0  # rms of a gap over the floor, under which it does not stand out from it; chosen
+COVERS = 2.0  # rms of a gap over the floor, under which the floor hides it; chosen
+FEWEST_EVEN = 12  # samples of a joint in a run, below which they are not asked for their white noise; chosen
+EVEN = 0.3  # share of the usual step in time, by which a step may differ to be an even one; chosen
+# White noise at least, over the root mean square of the clipped differences: a median may be small by chance; chosen.
+LEAST_OF_RMS = 0.8
+CLIPPED_STD = 4.0  # robust standard deviations at which those differences are clipped; chosen
 # To which two logs must begin alike for their motions over ground to be compared, s; chosen.
 SAME_TIME_S = 0.02
 
@@ -119,32 +126,38 @@ def _trimmed_root(squares: Floats) -> float:
 def white_noise(data: Data, joint: int) -> float:
     """Standard deviation of what changes from sample to sample, from third differences of evenly spaced samples.
 
-    A quarter of the differences that are smallest in the commanded motion count: where the joint hardly moves, nothing
+    The half of the differences that are smaller in the commanded motion counts: where the joint hardly moves, nothing
     but noise is left.
     """
     found: list[Floats] = []
     weight: list[Floats] = []
     for run in data.runs:
         use = run.use[:, joint]
-        if use.sum() < 12:
+        if use.sum() < FEWEST_EVEN:
             continue
         dt = np.diff(run.t_s)
-        even = np.abs(dt - run.period_s) < 0.3 * run.period_s
+        even = np.abs(dt - run.period_s) < EVEN * run.period_s
         whole = use[:-3] & use[1:-2] & use[2:-1] & use[3:] & even[:-2] & even[1:-1] & even[2:]
         third = np.diff(run.measured_rad[:, joint], n=3)[whole]
         moved = np.abs(np.diff(run.command_rad[:, joint], n=3))[whole]
-        found.append(third / np.sqrt(20.0))
+        found.append(third / np.sqrt(20.0))  # of white noise: 1 + 9 + 9 + 1 times its variance
         weight.append(moved)
     least = data.quantiser_rad
     if not found:
         return least
     value, moved = np.concatenate(found), np.concatenate(weight)
-    if value.size < 8:
+    if value.size < MIN_SAMPLES:
         return least
     calm = value[moved <= np.quantile(moved, 0.5)]
-    return float(max(1.4826 * np.median(np.abs(calm)), 0.8 * np.sqrt(np.mean(np.square(_clip(calm)))), least))
+    return float(
+        max(
+            MAD_TO_STD * np.median(np.abs(calm)),
+            LEAST_OF_RMS * np.sqrt(np.mean(np.square(_clip(calm)))),
+            least,
+        )
+    )
 
 
 def _clip(x: Floats) -> Floats:
-    bound = 4 * 1.4826 * np.median(np.abs(x))
+    bound = CLIPPED_STD * MAD_TO_STD * np.median(np.abs(x))
     return np.clip(x, -bound, bound)

@@ -12,18 +12,17 @@ from snakebot.diagnosis.evidence.blocks import mean_difference
 from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN
 from snakebot.diagnosis.evidence.score import Scoring
 
-GAP_SE = 3.0  # standard errors by which a gap must stand above the allowed spread; chosen
-# Mean square over the allowed one, above which a gap is one: the floor is an estimate itself; chosen.
+GAP_SE = 3.0  # standard errors by which a gap must exceed the allowed spread; chosen
+# Mean square over the allowed one, above which there is a gap: the floor is an estimate itself; chosen.
 GAP_RATIO = 1.3
 FEWEST_WINDOWS = 8  # over ground, below which their scatter says nothing; chosen
-CERTAIN_RATIO = (
-    2.5 * GAP_RATIO
-)  # mean square over the allowed one that is a gap however few blocks show it; chosen
-# The same over ground, of each kind. Healthy robots, some per cent off, come to 0.8, 1.0 and 1.1 at most (60 of the
-# blind check's cases for tuning and calibrating).
+# Mean square over the allowed one that is a gap however few blocks show it; chosen.
+CERTAIN_RATIO = 2.5 * GAP_RATIO
+# The same over ground, of each kind of feature. Measured: robots with no effect, whose numbers are some per cent off,
+# come to 0.8, 1.0 and 1.1 at most (60 of the blind check's cases for tuning and calibrating).
 CERTAIN_RATIO_OVER_GROUND = 1.7
 CERTAIN_RATIO_OF_FEW = 2.0 * GAP_RATIO  # the same over ground, where there are few windows; chosen
-LEAST_NAMED = 0.05  # of the gap, over the number of joints, for a joint to be named; chosen
+LEAST_NAMED = 0.05  # of the mean share of a joint in the gap, for a joint to be named; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +102,7 @@ def beyond(square: Floats, allowed: Floats, run: Ints, certain: float = CERTAIN_
 
 
 def named_joints(gap: Gap) -> tuple[int, ...]:
-    """1-based joints with a gap worth naming."""
+    """1-based joints with a significant gap of at least ``LEAST_NAMED``."""
     share = gap.joint_shares
     return tuple(
         j + 1 for j in range(share.size) if gap.significant[j] and share[j] >= LEAST_NAMED / share.size

@@ -46,7 +46,7 @@ class Evidence:
         return self.angles.data
 
     def with_misfit(self, left_square: Floats) -> Evidence:
-        """The same, of joints of which even a little of everything leaves the mean squares (B,) of the angles."""
+        """The same, where all everyday effects together leave the mean squares (B,) of the angles."""
         blocks, allowed = self.angles.blocks, self.angles.allowed_square
         over = np.maximum(left_square - allowed, 0.0)
         decides = self.scoring.decides[: blocks.count]

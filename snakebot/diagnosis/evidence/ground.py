@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.arrays import Floats, Ints
-from snakebot.diagnosis.evidence.data import Data, PreparedRun, holes
+from snakebot.diagnosis.evidence.data import HOLE_S, Data, PreparedRun, holes
 from snakebot.smoothing import smoothed
 
 if TYPE_CHECKING:
@@ -25,17 +25,18 @@ if TYPE_CHECKING:
 
 SPEED_RESOLUTION_M_S = 0.001  # of a treadmill or camera at best, m/s; chosen
 TURN_RESOLUTION_RAD_S = 0.003  # the same of a turn rate, rad/s; chosen
-SPEED_ACCURACY = 0.005  # relative error of a measured speed
-QUARTERS, SHORTEST_S = (
-    4,
-    0.25,
-)  # windows a cycle, and the length (s) below which the pose's noise rules; chosen
+SPEED_ACCURACY = 0.005  # relative error of a measured speed; chosen
+QUARTERS = 4  # windows of a cycle; chosen
+SHORTEST_S = 0.25  # of a window, below which the pose's noise is larger than what it shows, s; chosen
 POSE_SMOOTH_S = 0.2  # span of the cubics through a pose, s; chosen
-HOLE_S = 0.1  # without a row, above which joint angles are not known well enough for a replay, s; chosen
 NOISE_DRAWS = 8  # of the noise of a pose, to see what it does to velocities; chosen
 REGAINED_S = 1.0  # after a hole, for the simulated body to have regained the pace of the real one, s; chosen
 
-FORWARD, LATERAL, TURN = 0, 1, 2  # what a feature of the motion over ground is
+EDGE_S = 0.2  # of a window, that a pose may lack at either end, s; chosen
+# Begin and end, as shares of a run, of other spans that a forward speed may have been taken over; chosen.
+OTHER_SPANS = ((0.25, 1.0), (0.4, 0.9))
+
+FORWARD, LATERAL, TURN = 0, 1, 2  # kinds of features of the motion over ground, by definition
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,7 +219,7 @@ def window_features(t_s: Floats, pose: Floats, window: Window) -> tuple[float, f
     """
     known = np.isfinite(pose[:, :2] if window.course else pose).all(axis=1)
     t = t_s[known]
-    if t.size < 2 or t[0] > window.start_s + 0.2 or t[-1] < window.end_s - 0.2:
+    if t.size < 2 or t[0] > window.start_s + EDGE_S or t[-1] < window.end_s - EDGE_S:
         return np.nan, np.nan, np.nan
     ends = np.array([window.start_s, window.end_s])
     span = window.end_s - window.start_s
@@ -305,13 +306,13 @@ def doubt(
     """(F,) squared change of the features by what is not known of the measurement, and (F,) what noise does to them.
 
     The readings have noise (``noisier_rad`` are the angles with as much of it again, which shakes the simulated body
-    as much again); and of a lone speed nobody says over which span it was taken.
+    as much again); and the span over which a lone speed was taken is not known.
     """
     base = predicted(ground, data, angle_rad, model)
     shaken = np.nan_to_num(predicted(ground, data, noisier_rad, model) - base)
     total = np.square(shaken)
-    for spans in (0.25, 0.4):
-        other = replace(ground, windows=tuple(_other_span(data, window, spans) for window in ground.windows))
+    for span in OTHER_SPANS:
+        other = replace(ground, windows=tuple(_other_span(data, window, *span) for window in ground.windows))
         if other.windows != ground.windows:
             total += 0.5 * np.square(predicted(other, data, angle_rad, model) - base)
     return np.nan_to_num(total), shaken
@@ -338,12 +339,12 @@ def tolerance_marks(
     )
 
 
-def _other_span(data: Data, window: Window, start: float) -> Window:
-    """Another span that a speed may have been taken over: from a share of the run to its end."""
+def _other_span(data: Data, window: Window, start: float, end: float) -> Window:
+    """Another span that a speed may have been taken over, from and to a share of the run."""
     if not window.speed_only:
         return window
-    end = data.runs[window.run].duration_s
-    return replace(window, start_s=start * end, end_s=end if start < 0.3 else 0.9 * end)
+    length_s = data.runs[window.run].duration_s
+    return replace(window, start_s=start * length_s, end_s=end * length_s)
 
 
 def _floor(

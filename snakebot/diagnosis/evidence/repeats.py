@@ -14,21 +14,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.evidence.data import Data, PreparedRun
+from snakebot.diagnosis.evidence.data import MIN_SAMPLES, Data, PreparedRun
 from snakebot.diagnosis.evidence.operators import play
 from snakebot.runlog.matching.motion import same_motion
 
-FEWEST_COMPARED = 24  # below which nothing is said about what a difference depends on; chosen
-FEWEST_STROKES = 3  # from one turn of the joint to the next, likewise; chosen
-RUN_PARTS = 4  # of a run, each predicted from the others
+FEWEST_COMPARED = 24  # samples, below which nothing is said about what a difference depends on; chosen
+FEWEST_STROKES = 3  # strokes, from one turn of the joint to the next, likewise; chosen
+RUN_PARTS = 4  # of a run, each predicted from the others; chosen
 PREDICTED = 0.8  # share of a difference that the motion must predict, for a change of the robot; chosen
-LEAST_TIMES_NOISE = 3.0  # that part over the readings' own noise, for a change; chosen
-# That part over the runs' own gaps to the prediction, mean squares, under which it hides nothing (chosen) ...
+# Rms of the predicted part over the readings' noise, for a change of the robot; chosen.
+LEAST_TIMES_NOISE = 3.0
+# Mean square of the predicted part over that of the runs' gaps, under which it hides none of them (chosen) ...
 LEAST_OF_GAP = 0.02
 MUCH_OF_GAP = 0.25  # ... and above which it could hide them; chosen
-FEWEST_MOTIONS = 3  # repeated motions from which on it is known how well a joint repeats itself (chosen) ...
-UNUSUAL = 4.0  # ... and how many times that a change must come to, unless it could hide the gap; chosen
-FORGOTTEN_S = 0.3  # after which it no longer shows that the commands differed before, s; chosen
+# Repeated motions from which on it is known how far apart a joint's repeats are (chosen) ...
+FEWEST_REPEATED = 3
+UNUSUAL = 4.0  # ... and how many times that a change must be, unless it could hide the gap; chosen
+MOST_BRIDGED = 4.0  # usual steps in time, that lost readings are interpolated over at most; chosen
+MOST_TOLD = 3  # changed pairs that a warning tells one by one; chosen
+FORGOTTEN_S = 0.3  # after a difference of the commands, in which the joints may still show it, s; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +78,7 @@ def difference(
     """
     nothing = np.zeros(0, dtype=np.int64), np.zeros(0)
     ua, ub = a.use[:, joint], b.use[:, joint]
-    if ua.sum() < 8 or ub.sum() < 8:
+    if ua.sum() < MIN_SAMPLES or ub.sum() < MIN_SAMPLES:
         return nothing
     t, tb = a.t_s + shift_s, b.t_s[ub]
     told = ua & ~_soon_after(~same[:, joint], a.t_s)
@@ -82,8 +86,8 @@ def difference(
     # a stretch that b lost cannot be bridged
     after = np.searchsorted(tb, t[inside])
     gap = tb[np.minimum(after, tb.size - 1)] - tb[np.maximum(after - 1, 0)]
-    rows = np.flatnonzero(inside)[gap < 4 * b.period_s]
-    if rows.size < 8:
+    rows = np.flatnonzero(inside)[gap < MOST_BRIDGED * b.period_s]
+    if rows.size < MIN_SAMPLES:
         return nothing
     return rows, a.measured_rad[rows, joint] - np.interp(t[rows], tb, b.measured_rad[ub, joint])
 
@@ -185,7 +189,7 @@ def _with_changes(data: Data, pairs: list[Pair]) -> list[Pair]:
                 if d.joint == joint and d.rows.size >= FEWEST_COMPARED:
                     motion = data.runs[pair.one].motion
                     least[motion] = min(least.get(motion, np.inf), d.rms_rad)
-        if len(least) >= FEWEST_MOTIONS:
+        if len(least) >= FEWEST_REPEATED:
             usual[joint] = np.median(list(least.values()))
 
     def change(d: Difference) -> bool:
@@ -197,7 +201,7 @@ def _with_changes(data: Data, pairs: list[Pair]) -> list[Pair]:
 
 
 def change_warnings(data: Data, pairs: Sequence[Pair]) -> tuple[str, ...]:
-    """A line for each pair of runs between which joints changed, the largest change first; three at most."""
+    """A line for each pair of runs between which joints changed, the largest first, ``MOST_TOLD`` at most."""
     changed = [
         (max(d.rms_rad for d in pair.differences if d.joint in pair.changed), pair)
         for pair in pairs
@@ -205,7 +209,7 @@ def change_warnings(data: Data, pairs: Sequence[Pair]) -> tuple[str, ...]:
     ]
     changed.sort(key=lambda item: -item[0])
     lines = []
-    for size, pair in changed[:3]:
+    for size, pair in changed[:MOST_TOLD]:
         names = sorted(
             (data.runs[pair.one].name, data.runs[pair.other].name),
             key=lambda name: name == data.runs[pair.one].name,
@@ -217,8 +221,8 @@ def change_warnings(data: Data, pairs: Sequence[Pair]) -> tuple[str, ...]:
             f"motion in {names[1]}, by {np.degrees(size):.2g} deg rms: the robot changed in between, or does not "
             "repeat itself; this is not taken for noise. Repeat the motion once more"
         )
-    if len(changed) > 3:
-        lines.append(f"so it is with {len(changed) - 3} further pairs of runs of the same motion")
+    if len(changed) > MOST_TOLD:
+        lines.append(f"so it is with {len(changed) - MOST_TOLD} further pairs of runs of the same motion")
     return tuple(lines)
 
 

@@ -8,14 +8,23 @@ import numpy as np
 
 from snakebot.analysis.channels import doubts_of_runs
 from snakebot.analysis.standstill import standstill_lines
-from snakebot.diagnosis.evidence.data import MIN_SAMPLES, Data, repeated
+from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, MIN_SAMPLES, Data, repeated
 from snakebot.errors import BadInputError
 from snakebot.runlog import Run, Session
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
-LARGEST_ANGLE_RAD = 2 * np.pi  # beyond a full turn no joint of a snake goes
-LEAST_MOTION_COUNTS = 4.0  # encoder counts, below which a motion is none; chosen
-FEWEST_IN_ALL = 40  # of all runs together, below which nothing can be told; chosen
+# Beyond a whole turn no joint of a snake goes: larger numbers are degrees; chosen.
+LARGEST_ANGLE_RAD = 2 * np.pi
+LEAST_MOTION_COUNTS = 4.0  # range of an angle in encoder counts, below which a joint is at rest; chosen
+LEAD_S = 0.04  # by which commands are shifted to see whether readings run ahead of them, s; chosen
+# Mean square to the commands to come over that to those past, below which a joint does; chosen.
+RUNS_AHEAD = 0.5
+# Reading over command, times 180 / pi, within which the commands are in degrees: it is 1 for a perfect servo; chosen.
+OF_DEGREES = (0.7, 1.4)
+LEAST_R2 = 0.5  # squared correlation, below which a slope of reading over command says nothing; chosen
+MANY_LOST = 0.2  # share of a joint's readings, above which a warning tells of it; chosen
+MOST_LISTED = 5  # names in a line; chosen
+FEWEST_IN_ALL = 40  # samples of all runs together, below which nothing can be told; chosen
 
 
 def check_session(session: Session) -> list[str]:
@@ -85,9 +94,9 @@ def leading_joints(data: Data) -> list[int]:
         ahead = behind = 0.0
         for run in data.runs:
             use = run.use[:, joint]
-            if use.sum() < 50:
+            if use.sum() < FEWEST_FOR_DELAY:
                 continue
-            shift = max(0.04, 2 * run.period_s)
+            shift = max(LEAD_S, 2 * run.period_s)
             t = run.t_s[use]
             known = np.isfinite(run.command_rad[:, joint])
             future = np.interp(t + shift, run.t_s[known], run.command_rad[known, joint])
@@ -95,7 +104,7 @@ def leading_joints(data: Data) -> list[int]:
             inner = (t > shift) & (t < t[-1] - shift)
             ahead += float(np.square(run.measured_rad[use, joint] - future)[inner].sum())
             behind += float(np.square(run.measured_rad[use, joint] - past)[inner].sum())
-        if behind > 0 and ahead < 0.5 * behind:
+        if behind > 0 and ahead < RUNS_AHEAD * behind:
             led.append(joint)
     return led
 
@@ -113,7 +122,7 @@ def _check_units(where: str, runs: Sequence[Run]) -> None:
                     "more than a full turn: are these degrees? give radians"
                 )
     slope = _slope(runs)
-    if slope is not None and 0.7 < np.degrees(abs(slope)) < 1.4:
+    if slope is not None and OF_DEGREES[0] < np.degrees(abs(slope)) < OF_DEGREES[1]:
         raise BadInputError(
             f"{where}: the commands are {1 / abs(slope):.1f} times the readings: "
             "are the columns cmd in degrees? give radians"
@@ -132,7 +141,7 @@ def _slope(runs: Sequence[Run]) -> float | None:
             x = run.command_rad[rows, joint] - run.command_rad[rows, joint].mean()
             y = run.measured_rad[rows, joint] - run.measured_rad[rows, joint].mean()
             xy, xx, yy = xy + float(x @ y), xx + float(x @ x), yy + float(y @ y)
-    if xx <= 0 or yy <= 0 or xy * xy < 0.5 * xx * yy:
+    if xx <= 0 or yy <= 0 or xy * xy < LEAST_R2 * xx * yy:
         return None
     return xy / xx
 
@@ -149,7 +158,7 @@ def _check_readings(where: str, runs: Sequence[Run]) -> list[str]:
             )
         if lost == 1.0:
             warnings.append(f"joint {joint + 1}: no reading in any run; nothing is said about it")
-        elif lost > 0.2:
+        elif lost > MANY_LOST:
             warnings.append(f"joint {joint + 1}: {lost:.0%} of the readings are lost")
     if all(not np.isfinite(run.measured_rad).any() for run in runs):
         raise BadInputError(f"{where}: the columns enc are empty in every run: no readings to compare with")
@@ -215,7 +224,8 @@ def _check_copies(where: str, session: Session) -> list[str]:
 
 
 def _names(names: Sequence[str]) -> str:
-    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+    return ", ".join(names[:MOST_LISTED]) + more
 
 
 def _numbers(joints: Sequence[int]) -> str:

@@ -16,7 +16,9 @@ import numpy as np
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import MeanDifference, mean_difference
 
-GROUND = -1  # "joint" of the blocks of the motion over ground
+GROUND = -1  # "joint" of the blocks of the motion over ground, by definition
+# Difference of two mean scores below which there is no ground to prefer one: 4 % of the mean square; chosen.
+ALIKE = 0.02
 CHANGED = 0.1  # share of a block's allowed mean square by which it must differ to count as changed; chosen
 
 
@@ -31,8 +33,8 @@ class Scoring:
         samples: (B,) of each block; a feature of the ground counts as one.
         floor_square, allowed_square: (B,) squared noise floor and squared allowed spread, in the unit of the block.
         decides: (B,) blocks that may decide between explanations: not those of runs that the user holds out.
-        misfit_square: (B,) beside the allowed one, what even a joint with a little of everything leaves over: less
-            decides nothing between explanations.
+        misfit_square: (B,) beside the allowed one, what all everyday effects together leave over: differences below
+            it decide nothing between explanations.
         credit_square: (B,) mean square below which a block is not credited; see ``without_credit``.
     """
 

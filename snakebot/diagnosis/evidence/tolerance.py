@@ -21,10 +21,11 @@ from snakebot.arrays import Floats, Ints
 from snakebot.physics.compiled import jit
 from snakebot.robot import LAG_TOLERANCE, Robot
 
-# Standard deviations that a stated number may be off by before that is a gap: of 1000 sound servos one is further off.
+# Standard deviations that a stated number may be off by before that is a gap; chosen: of 1000 sound servos one is
+# further off.
 CREDIBLE = 3.3
-SHAPE_TOLERANCE = 0.02  # share of the mark of the nominal lag that a sound servo may differ in; chosen
-REWEIGHTED = 4  # times that what stands out is weighed by what is left of it; it settles within three. Chosen
+SHAPE_TOLERANCE = 0.02  # share of what the nominal lag changes, that a sound servo may differ by; chosen
+REWEIGHTED = 4  # iterations of the reweighted least squares; chosen: the shares settle within three
 SAG_TOLERANCE_RAD_NM = 2e-3  # to which a sound servo holds its angle under load, rad per N m; chosen
 
 
@@ -165,7 +166,7 @@ def shifts_s(
     Args:
         residual, mark: (N, k) of all runs, one below the other; see ``StackedTimes.lag_marks``.
         block: (N, k) block of each sample, -1 where unused.
-        allowed_square: (B,). Blocks that stand out weigh less, as they do in the score.
+        allowed_square: (B,). Blocks with large residuals weigh less, as they do in the score.
         limits: of the k joints.
     """
     k = block.shape[1]
@@ -199,7 +200,7 @@ def bounded_share(
     """(m,) shares, from ``least`` to ``most`` and believed within ``spread`` of zero (m,), of the ``marks`` (F, m) that
     take most off a residual (F,).
 
-    Features that stand out weigh less, as they do in the score. Shares that make no odds stay near zero.
+    Features with large residuals weigh less, as they do in the score. Shares that change little stay near zero.
     """
     usable = np.isfinite(residual)
     if marks.shape[1] == 0 or not usable.any():

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
+from snakebot.diagnosis.evidence.data import HOLE_S
 from snakebot.runlog import Run, Session
 
-TURN_RAD = 2 * np.pi
+TURN_RAD = 2 * np.pi  # a whole turn, by definition
 # Of a reading in one sample, less than a whole turn by what the joint moves meanwhile, and beyond what it can: chosen.
 LEAP_RAD = 1.5 * np.pi
 # The same of a command, which may make large steps of its own; chosen.
 COMMAND_LEAP_RAD = 1.75 * np.pi
-SOON_S = 0.1  # between two samples of a leap: after a hole in the log a joint may be anywhere; chosen
 
 
 def run_on(session: Session) -> tuple[Session, list[str]]:
@@ -46,7 +46,7 @@ def _leaps(t_s: Floats, angle_rad: Floats, least_rad: float) -> Bools:
     """(N - 1, k) steps between samples that are a turn, nearly."""
     with np.errstate(invalid="ignore"):
         far = np.abs(np.diff(angle_rad, axis=0)) > least_rad
-    return np.asarray(far & (np.diff(t_s) <= SOON_S)[:, None])
+    return np.asarray(far & (np.diff(t_s) <= HOLE_S)[:, None])
 
 
 def _joint_run_on(run: Run, joint: int) -> Run:

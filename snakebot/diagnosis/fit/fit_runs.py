@@ -21,8 +21,8 @@ from snakebot.diagnosis.fit.least_squares import Fit, minimise, multi_start
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.effects.spec import EffectSpec
 
-# Parameters whose slopes are worked out under given torques, where others are none that this is exact for: so many are
-# worth it; chosen.
+# Parameters whose slopes are exact under given torques, above which these are taken even though others need slopes of
+# the whole body beside: for a few the second simulation costs more than it saves; chosen.
 FEW_SLOPES = 8
 
 Specs = Callable[[Floats], tuple[EffectSpec, ...]]

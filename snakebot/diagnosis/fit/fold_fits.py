@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
+from snakebot.diagnosis.evidence.blocks import CLEAR_SE
 from snakebot.diagnosis.evidence.folds import Fold
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import CHANGED
@@ -25,15 +26,14 @@ from snakebot.diagnosis.fit.fit_runs import (
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, bounds
 from snakebot.diagnosis.fit.least_squares import refit
 
-FOLD_STEPS = 8  # iterations from the fit to all runs, which is near
-# Standard errors that a parameter must stand off its usual value, or could, for runs to tell of it; chosen.
-INFORMATIVE_SE = 2.0
-FAR_STEPS = 20  # iterations from the usual value, which may be far
+FOLD_STEPS = 8  # iterations from the fit to all runs, which is near; chosen
+FAR_STEPS = 20  # iterations from the usual value, which may be far; chosen
 
 
 def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Floats]:
     """Parameters (p,) fitted to each fold's runs, from ``theta``, which was fitted to all; nan for an effect that those
-    runs say nothing of.
+    runs say nothing of. They say something of a parameter if it differs from its usual value, or could, by ``CLEAR_SE``
+    standard errors.
     """
     known = _near(evidence, hypothesis, theta)
     size = _sizes(hypothesis, theta)
@@ -42,7 +42,7 @@ def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> li
             evidence,
             hypothesis,
             fit.theta,
-            fit.information * np.square(size) < INFORMATIVE_SE**2,
+            fit.information * np.square(size) < CLEAR_SE**2,
             fold,
             theta,
         )
@@ -51,7 +51,7 @@ def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> li
 
 
 def _sizes(hypothesis: Hypothesis, theta: Floats) -> Floats:
-    """(p,) how far each parameter stands off its usual value, or is believed to before any run; on the fitted scale."""
+    """(p,) distance of each parameter from its usual value, at least its prior's spread; on the fitted scale."""
     usual, believed = np.array([(p.typical, p.spread) for p in hypothesis.parameters]).T
     lower, upper, log = bounds(hypothesis.parameters)
     inside = np.clip(theta, lower, upper)
@@ -63,15 +63,15 @@ def _near(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Fit
     """Fits to each fold's runs from ``theta``. Where the whole body must be simulated, or joints have values of their
     own, parameters of what comes before the ground take one step from there: what a run more or less changes is little.
     """
-    dear = evidence.predictor.simulator.needs_body(hypothesis.specs(theta))
-    dear |= any(term.own for term in hypothesis.terms)
-    sides = (True,) if dear else (True, False)
+    costly = evidence.predictor.simulator.needs_body(hypothesis.specs(theta))
+    costly |= any(term.own for term in hypothesis.terms)
+    sides = (True,) if costly else (True, False)
     found = [
         fit_runs(evidence, hypothesis, [theta], fold.fit, FOLD_STEPS, sides=sides)
         for fold in evidence.split.folds
     ]
     mine = ~of_body(hypothesis)
-    if not (dear and mine.any()):
+    if not (costly and mine.any()):
         return found
 
     lower, upper, log = bounds(hypothesis.parameters)

@@ -29,7 +29,11 @@ from snakebot.diagnosis.fit.step import (
 
 SMALL_FALL = 1e-4  # relative fall of the cost below which a unit is done; chosen
 SMALL_PROMISE = 1e-4  # share of ``SMALL_FALL``: a step that promises less is not tried; chosen
-REFIT_DAMPING = 1e-3  # of the one step of ``refit``, share of the curvature; chosen
+DAMPING = 1e-3  # of a first step, share of the curvature; chosen
+LESS_DAMPING, MORE_DAMPING = 0.2, 8.0  # factors on it after a step that lowered the cost, or did not; chosen
+MOST_DAMPING = 1e5  # beyond which a unit is done: its steps have no length any more; chosen
+# Allowed spread over the mean square of the residual, that makes the cost a sum of squares; chosen.
+WIDE = 30.0
 IDLE_RAD = 1e-7  # largest change of a residual that counts as none: what is fitted does nothing there; chosen
 
 
@@ -68,7 +72,7 @@ def minimise(problem: Problem, start: Floats, most_steps: int = 25, *, covarianc
     residual = problem.residual(from_scale(z, problem))
     cost, weight = weights.cost(residual)
     evaluations = 1
-    damping = np.full(units, 1e-3)
+    damping = np.full(units, DAMPING)
     active = np.ones(units, dtype=bool)
     jacobian, stale, whole = np.zeros((0, *residual.shape)), True, True
     guessed = np.zeros(units, dtype=bool)  # units whose slopes were carried along by a secant
@@ -105,8 +109,10 @@ def minimise(problem: Problem, start: Floats, most_steps: int = 25, *, covarianc
         weight = np.where(moved, trial_weight, weight)
         cost = np.where(fell, trial_cost, cost)
         unsure = active & guessed & (small | ~fell)  # where slopes are guessed no end is believed
-        damping = np.where(fell, np.maximum(damping * 0.2, 1e-9), np.where(unsure, damping, damping * 8.0))
-        active &= (~small & (damping < 1e5)) | unsure
+        damping = np.where(
+            fell, np.maximum(damping * LESS_DAMPING, 1e-9), np.where(unsure, damping, damping * MORE_DAMPING)
+        )
+        active &= (~small & (damping < MOST_DAMPING)) | unsure
         if problem.secant:
             guessed |= fell
             stale = bool(unsure.any())
@@ -170,7 +176,7 @@ def refit(problem: Problem, theta: Floats, uses: Sequence[Bools]) -> list[Refit]
         counted = np.where(use, weight, 0.0)
         there = z.copy()
         for u in range(z.shape[0]):
-            there[u] += damped_step(problem, u, jacobian, residual, counted, REFIT_DAMPING, z[u])[0]
+            there[u] += damped_step(problem, u, jacobian, residual, counted, DAMPING, z[u])[0]
         near = from_scale(np.clip(there, problem.low, problem.high), problem)
         out.append(Refit(near, information_on(problem, jacobian, counted)))
     return out
@@ -206,7 +212,7 @@ def wide_allowance(problem: Problem, residual: Floats) -> Floats:
         if used.any():
             names = np.unique(problem.block[:, columns][used])
             size = float(np.mean(np.square(residual[:, columns][used])))
-            out[names] = np.maximum(out[names], 30 * size)
+            out[names] = np.maximum(out[names], WIDE * size)
     return out
 
 

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
-THREADS = 2  # the two cores of the machine that the run times are told for
+# Fits at a time; chosen: the cores of the computer that the documentation's times are measured on.
+THREADS = 2
 
 T = TypeVar("T")
 R = TypeVar("R")

@@ -15,7 +15,8 @@ import numpy as np
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.fit.parallel import in_parallel
 
-STEP = 1e-3  # of finite differences, share of a parameter's range (five times that of its logarithm); chosen
+STEP = 1e-3  # of finite differences, share of a parameter's range; chosen
+LOG_STEP = 5e-3  # the same of the logarithm of a parameter that is fitted on a logarithmic scale; chosen
 LEAST_CURVATURE = 1e-12  # of the cost along a parameter, below which the parameter does nothing; chosen
 
 
@@ -141,7 +142,7 @@ def _differences(
 ) -> Floats:
     """``jacobian_at`` by the problem itself; zeros for parameters (p,) other than ``only``, all if None."""
     low, high = problem.low, problem.high
-    step = np.where(problem.logarithmic, 5 * STEP, STEP * (high - low))
+    step = np.where(problem.logarithmic, LOG_STEP, STEP * (high - low))
     there = np.clip(z + np.where(z + step > high, -step, step), low, high)
     out = np.zeros((z.shape[1], *residual.shape))
     wanted = (np.ones(z.shape[0], dtype=bool) if active is None else active)[problem.unit]
@@ -243,13 +244,13 @@ def damped_step(
         except np.linalg.LinAlgError:
             step[free] = -gradient[free] / np.diag(h)
     short = np.clip(step, -0.5 * (high - low), 0.5 * (high - low))
-    if np.any(short != step):  # in another direction, for which the parabola is no guide
+    if np.any(short != step):  # in another direction, for which the quadratic model predicts nothing
         return short, math.inf
     return step, float(-(gradient @ step) - 0.5 * step @ hessian @ step)
 
 
 def sandwich(problem: Problem, unit: int, jacobian: Floats, residual: Floats, weight: Floats) -> Floats:
-    """Sandwich estimate (p, p) of a unit: residuals within a block may be as correlated as they like."""
+    """Sandwich estimate (p, p) of a unit: residuals within a block may be correlated in any way."""
     p = jacobian.shape[0]
     mine, columns = _of_unit(problem, unit, p)
     block = problem.block[:, columns].ravel()

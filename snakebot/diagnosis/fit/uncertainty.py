@@ -16,10 +16,10 @@ from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.effects.parameter import Parameter
 from snakebot.robot import Robot
 
-SIGMAS = 1.96  # standard deviations to either side of a 95 % interval; the normal distribution
-# Standard deviation of what no scatter shows: that the real effect is not quite the library's. From the blind robot's
-# set for calibrating, where it makes 95 % intervals hold 86 % of the true values; more would not help, the rest are
-# effects of another kind.
+SIGMAS = 1.96  # standard deviations to either side of a normal distribution's 95 % interval, by definition
+# Standard deviation of a parameter, as a share of its distance from neutral, because a real effect is not quite the
+# library's. Measured on the blind check's set for calibrating: with it, 95 % intervals hold 86 % of the true values; a
+# larger one would not help, the rest are effects of another kind.
 MODEL_SHARE = 0.06
 
 

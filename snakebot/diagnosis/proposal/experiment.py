@@ -1,4 +1,4 @@
-"""The next experiment: of the motions that are safe, the one after which the right explanation most likely stands.
+"""The next experiment: the safe motion after which the right explanation is most likely the only one left.
 
 The menu holds gaits, and probes of the joints in question (``menu``). Every motion is simulated under every rival; the
 most promising are looked at again with what the data leave open of the parameters (``separation``): a difference that
@@ -15,6 +15,7 @@ import numpy as np
 
 from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, Option, menu, motion_of
@@ -26,16 +27,15 @@ from snakebot.diagnosis.proposal.separation import (
     lead_of,
     times_noise,
 )
-from snakebot.diagnosis.result import NextExperiment
-from snakebot.diagnosis.search.groups import ALIKE
+from snakebot.diagnosis.result import HIGHEST, NextExperiment
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
 __all__ = ["Proposal", "motion_of", "propose"]
 
 LOOKED_AT = 6  # motions of the menu that are tried with the parameters' uncertainty; chosen
 MOST_COMPARED = 4  # explanations that are compared; chosen
-TROUBLE = 0.05  # probability that it takes for a robot to be lifted, or for a long run; chosen
-HIGHEST = 0.99  # expected probability that is never exceeded; chosen
+# Probability that a motion must gain more if the robot is lifted for it, or if it is long; chosen.
+TROUBLE = 0.05
 
 Pair = tuple[int, int]
 

@@ -23,12 +23,12 @@ from snakebot.diagnosis.proposal.separation import (
 )
 from snakebot.effects.spec import EffectSpec
 
-NEAR = 0.3  # lead under which the rival is turned again, from where it came to; chosen
-FAR = (
-    1.5  # standard deviations, beyond which it is too: its values were far from those that come close; chosen
-)
-TURNS = 6  # times that it is turned; chosen
-STEP = 0.25  # share of the prior's spread by which a parameter is stepped; chosen
+NEAR = 0.3  # lead under which the rival is refitted, from where it is; chosen
+FAR = 1.5  # standard deviations of its prior, moved by more than which it is refitted too: slopes have changed; chosen
+NEXT_TO_NOTHING = 0.05  # the same, by less than which nothing is refitted; chosen
+NO_CLOSER = 0.9  # lead over the one before, above which a refit was of no use; chosen
+TURNS = 6  # refits at most; chosen
+PRIOR_STEP = 0.25  # share of the prior's spread by which a parameter is stepped; chosen
 
 
 @dataclass(eq=False)
@@ -65,14 +65,14 @@ class Foreseen:
 def foresee(
     motions: Sequence[SimulatedMotion], hypothesis: Hypothesis, theta: Floats, *, turns: bool = True
 ) -> Foreseen:
-    """Simulate an effect on motions; without ``turns`` only as it stands."""
+    """Simulate an effect on motions; without ``turns`` only at these values."""
     shown = [motion.shown(hypothesis.specs(theta)) for motion in motions]
     made = Foreseen(hypothesis, theta, [a for a, _ in shown], [g for _, g in shown])
     if not turns:
         return made
     lower, upper, _ = bounds(hypothesis.parameters)
     for i, parameter in enumerate(hypothesis.parameters):
-        size = STEP * parameter.spread * (abs(theta[i]) if parameter.scale == "log" else 1.0)
+        size = PRIOR_STEP * parameter.spread * (abs(theta[i]) if parameter.scale == "log" else 1.0)
         step = size if theta[i] + size <= upper[i] else -min(size, theta[i] - lower[i])
         if step == 0.0:
             continue
@@ -81,7 +81,7 @@ def foresee(
         rows = []
         for motion, angle, ground in zip(motions, made.angle, made.ground, strict=True):
             other, over = motion.shown(hypothesis.specs(moved))
-            scale = size / (STEP * step)
+            scale = size / (PRIOR_STEP * step)
             way = None if over is None or ground is None else (over - ground) * scale
             rows.append(((other - angle) * scale, way))
         made.turns.append(rows)
@@ -94,12 +94,12 @@ def lead_over(motions: Sequence[SimulatedMotion], truth: Foreseen, rival: Forese
     lead = _left(motions, truth, rival, share)
     for _ in range(TURNS):
         far = bool(np.any(np.abs(share) > FAR))
-        if not (far or lead < NEAR) or not np.any(np.abs(share) > 0.05):
+        if not (far or lead < NEAR) or not np.any(np.abs(share) > NEXT_TO_NOTHING):
             break
         near = foresee(motions, rival.hypothesis, _moved(rival, share))
         share = _turned(motions, truth, near)
         closer = _left(motions, truth, near, share)
-        if closer > 0.9 * lead:
+        if closer > NO_CLOSER * lead:
             return min(closer, lead), near if closer < lead else rival
         lead, rival = closer, near
     return lead, rival

@@ -14,7 +14,7 @@ from snakebot.robot import Robot
 DURATION_S = 12.0  # of a motion, s; chosen
 LONG_S = 60.0  # of a motion for what comes with time (a battery that runs down, clocks that part), s; chosen
 RAMP_S = 2.0  # from rest to the full motion, s; chosen
-# Of all joints together, when a probe moves them alike: further, and links meet; chosen.
+# Of all joints together, when a probe moves them alike: beyond it links meet; chosen.
 WIDEST_CURL_RAD = radians(200)
 
 # The menu: alpha deg, beta deg, omega rad/s, offset deg; and probes in the grammar of `--probe`. Chosen to cover small
@@ -24,7 +24,7 @@ GAITS = (
     *((30, 80, 0.5, 0), (30, 80, 4.0, 0), (50, 80, 1.0, 0), (50, 80, 3.0, 0), (66, 80, 2.0, 0)),
     *((15, 80, 1.0, 15), (30, 80, 4.0, 15), (50, 80, 2.0, 15)),
 )
-LONG = ((50, 80, 3.0, 0),)
+LONG = ((50, 80, 3.0, 0),)  # of ``LONG_S``, in the same units; chosen
 PROBES = (
     "triangle:amplitude_deg=2,rate_deg_s=4",
     "triangle:amplitude_deg=6,rate_deg_s=6",

@@ -178,7 +178,7 @@ def _turned(motion: SimulatedMotion, apart: Floats, turns: Sequence[Floats], col
     if not turns:
         return np.zeros(0)
     _, _, allowed = motion.room
-    # blocks that stand out weigh less, as in the score; a block counts once, as its samples repeat each other
+    # blocks with large residuals weigh less, as in the score; a block counts once, as its samples repeat each other
     size = np.bincount(block_numbers(apart.shape[0]))
     weight = 1 / np.sqrt(allowed + block_means(np.square(apart)))[:, columns] / np.sqrt(size)[:, None]
     by_sample = weight[block_numbers(apart.shape[0])]

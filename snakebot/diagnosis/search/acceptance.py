@@ -1,22 +1,21 @@
-"""What an explanation must do to stand: gain clearly, matter, close enough of the gap."""
+"""When an explanation is accepted: its gain is clear, large enough, and closes enough of the gap."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from snakebot.arrays import Bools
-from snakebot.diagnosis.evidence.blocks import MeanDifference
+from snakebot.diagnosis.evidence.blocks import CLEAR_SE, MeanDifference
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.trial import Trial
 
-CLEAR_SE = 2.0  # standard errors that make a gain a clear one; chosen: 95 %
-# Share of the whole gap that a further effect must close, and of a rest that is left alone; chosen.
+# Share of the whole gap that a further effect must close, and below which a rest is not searched; chosen.
 LEAST_CLOSED = 0.005
-# Held-out score gained on the blocks an effect changes: a tenth of their mean square; chosen.
+# Held-out score that an effect must gain on the blocks that it changes: a tenth of their mean square; chosen.
 LEAST_GAIN = 0.05
-# Share of what is left above the allowed mean square that a further effect takes away, from which it matters at a lower
-# gain, too: the score hardly sees what only the quickest motions show. Chosen: a tenth, as there.
+# Share of the mean square above the allowed one that a further effect takes away, from which ``CLEAR_SE`` is enough:
+# the score hardly changes with what only the quickest motions show. Chosen: a tenth, as in ``LEAST_GAIN``.
 LEAST_FALL = 0.1
 
 
@@ -87,7 +86,7 @@ def closes_more(scoring: Scoring, trial: Trial, base: Trial, nominal: Trial) -> 
 
 
 def closed_enough(scoring: Scoring, trial: Trial, nominal: Trial) -> bool:
-    """Whether nothing worth a further effect is left above what noise and tolerance allow."""
+    """Whether too little for a further effect is left above what noise and tolerance allow."""
     gap = gap_of(scoring, trial.held_square)
     return not any(
         there and excess(scoring, trial, side) > LEAST_CLOSED * excess(scoring, nominal, side)

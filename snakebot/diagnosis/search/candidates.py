@@ -1,4 +1,4 @@
-"""Which explanations are worth a trial: for every effect the joints it helps on, and where a fit should start."""
+"""Which explanations are tried: for every effect the joints it helps on, and where a fit should start."""
 
 from __future__ import annotations
 
@@ -26,10 +26,12 @@ from snakebot.effects.registry import find_effect
 Fixed = tuple[tuple[str, float | tuple[float, ...]], ...]
 
 HELPS_SE = 2.5  # standard errors that an effect must gain on a joint; chosen
-HELPS_SCORE = 0.03  # score that it must gain there (0.05: a tenth of the mean square); chosen
+HELPS_SCORE = 0.03  # score that it must gain there: 6 % of the mean square; chosen
 HELPS_SHARE = 0.2  # share of what it gains on the joint it helps most, that it must gain there; chosen
 MOST_ALONE = 3  # joints tried one by one where the whole body must be simulated for each; chosen
 LARGE_SHARE = 0.4  # share of the gap of a joint that is tried alone where there are more; chosen
+# Range of a parameter over the joints, over its median, from which on one joint is tried; chosen.
+UNLIKE = 0.3
 START_FACTORS = (1.0, 0.4, 2.5)  # on the distance of a start from neutral; chosen
 
 
@@ -195,7 +197,7 @@ def _coupled(
 def _uneven(theta: Floats) -> bool:
     """Whether the joints want different values, so that one of them may be the only one with the effect."""
     spread = np.ptp(theta, axis=0)
-    return bool(np.any(spread > 0.3 * np.abs(np.median(theta, axis=0))))
+    return bool(np.any(spread > UNLIKE * np.abs(np.median(theta, axis=0))))
 
 
 @dataclass(frozen=True)

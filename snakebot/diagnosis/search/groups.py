@@ -11,16 +11,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from snakebot.diagnosis.evidence.blocks import CLEAR_SE
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import Scoring
+from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.hypothesis import bounds
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
-from snakebot.diagnosis.search.acceptance import CLEAR_SE, lead, touched
+from snakebot.diagnosis.search.acceptance import lead, touched
 
-ALIKE = 0.02  # lead in score (4 % of the mean square) under which there is no ground to prefer; chosen
-ALIKE_AT_FLOOR = 0.15  # the same where both leave nothing significant: sound robots differ by more; chosen
+ALIKE_AT_FLOOR = 0.15  # ``ALIKE`` where both leave nothing significant: sound robots differ by more; chosen
+# Share of a parameter's range, or of its value on a logarithmic scale, within which it is at its upper bound; a tenth
+# of that at the lower one; chosen.
+AT_BOUND = 0.01
 TOO_FAR = 0.5  # lead in score beyond which a rival is not refitted to simulated data; chosen
 
 
@@ -57,11 +60,11 @@ def _apart(scoring: Scoring, truth: Trial, refit: Trial) -> float:
 
 
 def degenerate(best: Trial, rival: Trial) -> bool:
-    """Whether a rival with more parameters has shrunk to the simpler ``best``: one of them stands at its bound."""
+    """Whether a rival with more parameters has shrunk to the simpler ``best``: one of them is at its bound."""
     if rival.theta.size <= best.theta.size:
         return False
     lower, upper, log = bounds(rival.hypothesis.parameters)
-    near = 0.01 * np.where(log, rival.theta, upper - lower)
+    near = AT_BOUND * np.where(log, rival.theta, upper - lower)
     at_bound = (rival.theta - lower < 0.1 * near) | (log & (upper - rival.theta < near))
     return bool(at_bound.any())
 

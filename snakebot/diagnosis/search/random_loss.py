@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.diagnosis.evidence.blocks import mean_difference
-from snakebot.diagnosis.evidence.data import Data, link_is_clean
+from snakebot.diagnosis.evidence.blocks import CLEAR_SE, mean_difference
+from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, Data, link_is_clean
 from snakebot.diagnosis.evidence.floor import Floor
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
@@ -23,7 +23,6 @@ from snakebot.diagnosis.evidence.score import CHANGED
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.fit.uncertainty import interval, standard_errors
-from snakebot.diagnosis.search.acceptance import CLEAR_SE
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.search import MOST_EFFECTS, SearchResult
 from snakebot.effects.registry import find_effect
@@ -31,8 +30,10 @@ from snakebot.effects.registry import find_effect
 MEMORY_S = 0.35  # after which a lost set-point is forgotten, s; chosen
 # Difference of repeats over the readings' own noise, from which on they differ by chance; chosen.
 UNSTEADY = 2.0
-LEAST_SHARE = 0.5  # share of the residual that a common delay must explain beyond chance; chosen
+LEAST_COMMON = 0.5  # share of the residual that a common delay must explain beyond chance; chosen
 START_PROBABILITIES = (0.1, 0.3, 0.6)  # of losing a set-point, from which a fit starts; chosen
+# Of the squared speed that a tenth of the samples exceeds, above which a delay can be told from it; chosen.
+MOVING = 0.1
 MOST_MEMORY = 0.25  # correlation that may be left after ``MEMORY_S``; chosen
 
 
@@ -41,7 +42,7 @@ def with_random_loss(
 ) -> SearchResult:
     """Lost set-points in the place of a delay, where what is left over shows them and they predict clearly better.
 
-    They shake the body between the samples, which no replay of samples sees: an effect of the body goes with the delay.
+    They move the body between the samples, which no replay of samples shows: effects of the body are left out, too.
     """
     if link_is_clean(evidence.data):
         return found
@@ -62,7 +63,7 @@ def with_random_loss(
         return found
     loss = _with_loss(evidence, found.best, stays, effect.name)
     needed = [i for at, i in enumerate(stays) if not _does_nothing(loss, at)]
-    if len(needed) < len(stays):  # what stood for a loss that had no name yet
+    if len(needed) < len(stays):  # what took the place of a loss that had no name yet
         stays = needed
         loss = _with_loss(evidence, found.best, stays, effect.name)
     base = run_trial(evidence, *_kept(found.best, stays)) if stays else found.nominal
@@ -114,7 +115,7 @@ class RandomDelay:
 
     @property
     def evident(self) -> bool:
-        return self.share > LEAST_SHARE and abs(self.memory) < MOST_MEMORY
+        return self.share > LEAST_COMMON and abs(self.memory) < MOST_MEMORY
 
 
 def unsteady(floor: Floor) -> bool:
@@ -126,7 +127,7 @@ def predicts_better(evidence: Evidence, loss: Trial, base: Trial) -> bool:
     """Whether lost set-points predict held-out angles clearly better than ``base``, without them, does.
 
     Neither is helped by a shift in time here: what comes at random is no wire that is a little slower. And a gap need
-    not stand above the floor, which repeats that differ by chance have raised. How much they gain does not count:
+    not be above the floor, which repeats that differ by chance have raised. How much they gain does not count:
     most of what they do is scatter.
     """
     angles, blocks = evidence.angles, evidence.angles.blocks
@@ -148,13 +149,13 @@ def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
     lagged, power, square = 0.0, 0.0, 0.0
     for run, reading, left in zip(data.runs, trial.readings, trial.left, strict=True):
         use = np.asarray(run.use.all(axis=1))
-        if use.sum() < 50:
+        if use.sum() < FEWEST_FOR_DELAY:
             continue
         rate: Floats = np.asarray(np.gradient(reading, run.t_s, axis=0))
         residual = np.where(use[:, None], left, 0.0)
         noise = float(np.square(floor.white_rad).sum())
         speed: Floats = np.asarray(np.square(rate).sum(axis=1))
-        moving = use & (speed > 0.1 * np.quantile(speed[use], 0.9))
+        moving = use & (speed > MOVING * np.quantile(speed[use], 0.9))
         delay = np.where(moving, -(residual * rate).sum(axis=1) / np.maximum(speed, 1e-12), 0.0)
         explained += float((np.square(delay) * speed)[moving].sum())
         total += float(np.square(residual)[moving].sum())

@@ -38,7 +38,7 @@ def rivals(
     """Per term of ``best``, trials in which another effect takes its place, best first.
 
     Args:
-        singles: trials of single effects; the rivals of an effect that stands alone.
+        singles: trials of single effects; the rivals of an effect that is the only one.
         tried: fits of every effect on top of some explanations; where the rest of ``best`` is one of them, they do.
         fits: every single effect: those that came nearest are fitted otherwise.
         without: ``best`` without each of its terms; empty: as yet unknown.
@@ -46,7 +46,7 @@ def rivals(
     likely = _added(sorted(fits, key=lambda t: -t.fitted_score(evidence.scoring)))[
         : MOST_RIVALS if len(best.hypothesis.terms) <= MANY_TERMS else FEW_RIVALS
     ]
-    nearest: dict[str, list[Effect]] = {}  # by effect, what else to try where it stands on another joint
+    nearest: dict[str, list[Effect]] = {}  # by effect, what else to try where it is on another joint
     out = []
     for index, term in enumerate(best.hypothesis.terms):
         progress(f"rivals of {term.effect}", 0.8 + 0.2 * index / len(best.hypothesis.terms))

@@ -23,7 +23,7 @@ from snakebot.effects.effect import Effect
 NO_LOSS = 0.01  # held-out score that a simpler explanation may lose and still go first; chosen
 CLOSE_RACE = 0.25  # share of the winner's gain, within which rivals are cross-validated (chosen) ...
 FEWEST_TRIALS, MOST_TRIALS = 3, 6  # ... but so many at least and at most; chosen
-MOST_FURTHER = 3  # the most beside an effect that stands, where the best alone counts; chosen
+MOST_FURTHER = 3  # the most on top of an accepted effect, where only the best is needed; chosen
 MANY_TERMS = 3  # terms of an explanation that a first look at one more leaves as they are; chosen
 
 Progress = Callable[[str, float], None]
@@ -81,7 +81,7 @@ def held_out(evidence: Evidence, fits: Sequence[Trial]) -> list[Trial]:
 def ranked(scoring: Scoring, trials: Sequence[Trial]) -> list[Trial]:
     """Best first by held-out score; but one that says less, at a loss within a standard error, goes first.
 
-    Of exact ties the effect that comes first in the signal stands first.
+    Of exact ties the effect that comes first in the signal is first.
     """
     place = {name: i for i, name in enumerate(registry.effects())}
     ordered = sorted(

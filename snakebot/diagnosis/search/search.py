@@ -31,6 +31,8 @@ from snakebot.in_words import listed
 MOST_EFFECTS = 3  # different effects in an explanation; chosen
 MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, and one more; chosen
 MOST_JOINTS = 0.5  # share of the joints with a gap, from which on wear is likelier than faults; chosen
+# Single effects tried in the place of another one, and those of them that are cross-validated; chosen.
+MOST_SWAPPED, MOST_SWAPPED_HELD = 6, 2
 LEAST_LEFT = 0.03  # share of the gap that an effect which no other motion can test may leave over; chosen
 
 
@@ -39,9 +41,9 @@ class SearchResult:
     """What the search came to.
 
     Attributes:
-        evidence: that it was found on: fits reckon with the misfit of joints that have a little of everything.
+        evidence: that it was found on: fits allow for the misfit that all everyday effects together leave.
         nominal: the robot without any effect.
-        best: the explanation that stands; ``nominal`` if none does.
+        best: the explanation that was accepted; ``nominal`` if none was.
         predicted: the same on runs left out of its fit; another trial only where it is ``untested``.
         singles: trials of single effects, best first: the ranking.
         rivals: per term of ``best``, trials in which another effect takes its place, best first.
@@ -151,25 +153,25 @@ def _in_short(hypothesis: Hypothesis) -> str:
 
 
 def _winner(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Trial) -> Trial | None:
-    """The best of some trials that stands on top of ``base``."""
-    stands = (t for t in tried if accepted(scoring, t, base) and closes_more(scoring, t, base, nominal))
-    return next(stands, None)
+    """The best of some trials that is accepted on top of ``base``."""
+    good = (t for t in tried if accepted(scoring, t, base) and closes_more(scoring, t, base, nominal))
+    return next(good, None)
 
 
 def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: Trial) -> bool:
-    """Whether it is time to try a little of everything on every joint: the search has come to an end before the gap is
-    closed, or most joints have a gap that the winner does not close.
+    """Whether to try all everyday effects on every joint: the search has ended with a gap left, or most joints have
+    a gap that the winner does not close.
     """
-    stands = winner or best
-    if closed_enough(scoring, stands, nominal):
+    so_far = winner or best
+    if closed_enough(scoring, so_far, nominal):
         return False
-    return winner is None or gap_of(scoring, stands.held_square).significant.mean() >= MOST_JOINTS
+    return winner is None or gap_of(scoring, so_far.held_square).significant.mean() >= MOST_JOINTS
 
 
 def _explored(
     evidence: Evidence, library: Library, base: Trial, nominal: Trial, progress: Progress
 ) -> tuple[list[Trial], list[Trial]]:
-    """``explore`` on top of an explanation; nothing, where that leaves nothing worth a further effect."""
+    """``explore`` on top of an explanation; nothing, where what that leaves is too little to search."""
     if closed_enough(evidence.scoring, base, nominal):
         return [], []
     return explore(evidence, library, base, _part(progress, str(base.hypothesis), len(base.hypothesis.terms)))
@@ -185,7 +187,7 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
     for index, term in enumerate(best.hypothesis.terms[:-1]):
         rest = best.hypothesis.without(index)
         kept = best.hypothesis.rest(best.theta, index)
-        for single in singles[:6]:
+        for single in singles[:MOST_SWAPPED]:
             other = single.hypothesis.terms[0]
             if other.effect in best.hypothesis.names:
                 continue
@@ -195,12 +197,12 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
     if not tried:
         return best
     fits = sorted(first_looks(evidence, tried), key=lambda t: -t.fitted_score(evidence.scoring))
-    trials = held_out(evidence, fits[:2])
+    trials = held_out(evidence, fits[:MOST_SWAPPED_HELD])
     return max([best, *trials], key=lambda t: t.score(evidence.scoring))
 
 
 def _elsewhere(evidence: Evidence, library: Library, best: Trial) -> Trial:
-    """With the last effect on further joints too, where that is all that ails them.
+    """With the last effect on further joints too, where it closes their gap.
 
     Joints that each differ in the same way need no search of the whole library each.
     """
@@ -214,7 +216,7 @@ def _elsewhere(evidence: Evidence, library: Library, best: Trial) -> Trial:
 def prune(evidence: Evidence, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
     """Take out every effect without which the explanation does as well.
 
-    What is left is also held against the whole explanation: many a little is much. Everyday effects that joints have
+    What is left is also compared with the whole explanation: small losses add up. Everyday effects that joints have
     values of their own of stay: joint by joint, it was tried to do without them.
 
     Returns what stays, and that without each of its terms.
@@ -247,7 +249,7 @@ def as_fitted(evidence: Evidence, trial: Trial) -> Trial:
 
 
 def only_fitted(scoring: Scoring, nominal: Trial, singles: Sequence[Trial]) -> Trial:
-    """Where nothing stands on motions left out, because only one shows it: the effect that accounts for it whole.
+    """Where no effect is accepted on motions left out, for one motion alone shows it: the effect that closes the gap.
 
     Such an effect says nothing of the motion that shows it while that one is left out. What then predicts it worse than
     no effect at all is not untested but refuted.

@@ -1,8 +1,8 @@
-"""A joint as it is: a little of every everyday effect at once, fitted whole; then what it can do without is taken out.
+"""Worn joints: all everyday effects are fitted at once, then those that a joint does not need are taken out.
 
 Effects that only help together (an offset and a play) are not found one by one. But joints do not disturb each other,
-so that all everyday effects of all joints are cheap to fit at once: a simulation serves every joint. What a joint
-cannot spare on runs left out of the fit stays, and is put together as one explanation.
+so that all everyday effects of all joints can be fitted at once: one simulation serves every joint. What a joint
+needs on runs left out of the fit stays, and becomes one explanation.
 """
 
 from __future__ import annotations
@@ -14,17 +14,16 @@ from functools import partial
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
-from snakebot.diagnosis.evidence.blocks import MeanDifference, mean_difference
+from snakebot.diagnosis.evidence.blocks import CLEAR_SE, MeanDifference, mean_difference
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import CHANGED, Scoring
+from snakebot.diagnosis.evidence.score import ALIKE, CHANGED, Scoring
 from snakebot.diagnosis.fit.fit_runs import StackedAngles
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, bounds
 from snakebot.diagnosis.fit.least_squares import linearised, minimise, refit, wide_allowance
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.search.acceptance import (
-    CLEAR_SE,
     LEAST_FALL,
     LEAST_GAIN,
     accepted,
@@ -37,13 +36,10 @@ from snakebot.diagnosis.search.library import Library
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
 
-FIRST_STEPS = 12  # iterations of the fit of everything, by least squares
-LAST_STEPS = 8  # iterations of the same with the loss of the score
-LESS_STEPS = 5  # iterations with one effect less, from near
-LEAST_LOSS = (
-    0.02  # held-out score (4 % of the mean square) that a joint may not lose with what is taken out of it
-)
-START_SHARE = 0.5  # of the size that an effect alone would start with: it is not alone here
+LEAST_SQUARES_STEPS = 12  # iterations of the fit of all effects together by least squares, from far; chosen
+CAUCHY_STEPS = 8  # iterations of the same by the Cauchy loss, from where least squares ended; chosen
+LESS_STEPS = 5  # iterations with one effect less, from near; chosen
+START_SHARE = 0.5  # of the size that an effect alone would start with: it is not alone here; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +87,8 @@ class Wear:
 def with_wear(
     evidence: Evidence, library: Library, nominal: Trial, first: Trial, fits: Sequence[Trial]
 ) -> tuple[Evidence, Trial | None]:
-    """The evidence with the misfit of joints that have a little of everything; and the everyday effects that the joints
-    cannot do without, alone or beside a fault, if they explain clearly more than ``first`` does.
+    """The evidence with the misfit that all everyday effects together leave; and the everyday effects that the joints
+    need, alone or beside a fault, if they explain clearly more than ``first`` does.
 
     ``fits``: of single effects, those that may be the fault among them, as fitted.
     """
@@ -100,22 +96,22 @@ def with_wear(
     if whole is None:
         return evidence, None
     evidence = evidence.with_misfit(whole.left_square)
-    alone = _accepted(evidence, nominal, first, whole.spared().added_to(nominal.hypothesis, nominal.theta))
+    alone = _accepted(evidence, nominal, first, whole.reduced().added_to(nominal.hypothesis, nominal.theta))
     best = alone or first
     beside = []
     for fault in _faults(evidence.scoring, nominal, first, fits):
         with_fault = worn(evidence, library, fault)
         if with_fault is not None and with_fault.leaves_less_than(whole):
-            candidate = with_fault.spared().added_to(fault.hypothesis, fault.theta)
+            candidate = with_fault.reduced().added_to(fault.hypothesis, fault.theta)
             beside.append(_accepted(evidence, nominal, best, candidate))
     found = [trial for trial in beside if trial is not None]
     return evidence, max(found, key=lambda t: t.score(evidence.scoring), default=alone)
 
 
 def _faults(scoring: Scoring, nominal: Trial, first: Trial, fits: Sequence[Trial]) -> list[Trial]:
-    """What everyday effects may stand beside: ``first``, unless it is one of them, and what takes most of the gap away.
+    """What everyday effects are tried beside: ``first``, unless it is one of them, and what takes most of the gap away.
 
-    The score hardly sees a fault of a few moments before what every joint has a little of is out of the way.
+    The score hardly changes with a fault of a few moments before the everyday effects are in the prediction.
     """
     gap_square = excess(scoring, nominal, scoring.of_angles)
     left = {
@@ -136,12 +132,12 @@ def _is_everyday(trial: Trial) -> bool:
 
 
 def _accepted(evidence: Evidence, nominal: Trial, base: Trial, candidate: Candidate | None) -> Trial | None:
-    """The trial of a candidate, if it stands where ``base`` stood."""
+    """The trial of a candidate, if it is accepted on top of ``base``."""
     if candidate is None:
         return None
     trial = run_trial(evidence, candidate.hypothesis, candidate.starts)
-    stands = accepted(evidence.scoring, trial, base) and closes_more(evidence.scoring, trial, base, nominal)
-    return trial if stands else None
+    good = accepted(evidence.scoring, trial, base) and closes_more(evidence.scoring, trial, base, nominal)
+    return trial if good else None
 
 
 def worn(evidence: Evidence, library: Library, base: Trial) -> Whole | None:
@@ -233,7 +229,7 @@ class _Bench:
         for fold, near in zip(folds, refit(problem, theta, uses), strict=True):
             there = self.square(problem.residual(near.theta))
             mine, fitted = np.isin(run_of, fold.score), np.isin(run_of, fold.fit)
-            for column in self.columns:  # a step that does the fitted runs no good was too long a one
+            for column in self.columns:  # a step that does not lower the cost of the fitted runs was too long
                 rows = self.evidence.angles.blocks.joint == column
                 new, old = (np.log1p(q / spread_square)[rows & fitted].sum() for q in (there, here))
                 held[mine & rows] = (there if new < old else here)[mine & rows]
@@ -263,9 +259,11 @@ def _whole(bench: _Bench, library: Library) -> Whole:
     begin = _start(bench, library)
     problem = bench.problem(every, allowed)
     wide = wide_allowance(problem, bench.residual(begin, every))
-    theta = minimise(replace(problem, allowed_square=wide), begin, FIRST_STEPS, covariance=False).theta
+    theta = minimise(
+        replace(problem, allowed_square=wide), begin, LEAST_SQUARES_STEPS, covariance=False
+    ).theta
     spread = _as_wide_as(bench, bench.square(bench.residual(theta, every)))
-    theta = minimise(bench.problem(every, spread), theta, LAST_STEPS, covariance=False).theta
+    theta = minimise(bench.problem(every, spread), theta, CAUCHY_STEPS, covariance=False).theta
     return Whole(bench, theta, bench.square(bench.residual(theta, every)))
 
 
@@ -283,7 +281,7 @@ class Whole:
     left_square: Floats
 
     def leaves_less_than(self, other: Whole) -> bool:
-        """Whether it leaves so much less than ``other`` does that what it is beside may stand: in mean square or in
+        """Whether it leaves so much less than ``other`` that what it is fitted beside is needed: in mean square or in
         score, as of a further effect.
         """
         angles = self.bench.evidence.angles
@@ -297,7 +295,7 @@ class Whole:
         gain = 0.5 * (np.log1p(its / spread) - np.log1p(mine / spread))[changed]
         return bool(gain.sum() > LEAST_GAIN * gain.size)
 
-    def spared(self) -> Wear:
+    def reduced(self) -> Wear:
         """Take out of each joint what it can do without, the least of it first."""
         bench, theta = self.bench, self.theta.copy()
         every = np.ones((len(bench.joints), len(bench.terms)), dtype=bool)
@@ -315,9 +313,9 @@ class Whole:
             less[np.arange(len(bench.joints)), order[:, turn]] = False
             fitted, square = without(less, theta)
             for u, j in enumerate(bench.columns):
-                # against the whole: many a little is much
+                # against the whole: small losses add up
                 lost = _gain(bench, j, spread, whole, square)
-                if lost.z <= CLEAR_SE or lost.mean <= LEAST_LOSS:
+                if lost.z <= CLEAR_SE or lost.mean <= ALIKE:
                     kept[u], theta[u] = less[u], fitted[u]
         return Wear(bench.terms, bench.joints, theta, kept)
 

@@ -223,5 +223,5 @@ def with_words(found: Diagnosis) -> Diagnosis:
 
 
 def _inside(text: str) -> str:
-    """As it stands in the midst of a sentence."""
+    """In the form that it has within a sentence."""
     return text[0].lower() + text[1:]

@@ -9,7 +9,7 @@ from snakebot.diagnosis.result import Cause, Diagnosis, Trace
 from snakebot.diagnosis.show.named import cause_name, effect_of, effect_title, joint_count
 from snakebot.report import Axis, Block, Explain, Line, LineChart, Section
 
-DEG = 180 / np.pi  # in a radian
+DEG = 180 / np.pi  # degrees in a radian, by definition
 
 
 def add_causes(section: Section, found: Diagnosis) -> None:

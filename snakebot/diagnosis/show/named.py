@@ -37,7 +37,7 @@ def values_of(cause: Cause) -> dict[str, float | tuple[float, ...]]:
 
     values: dict[str, float | tuple[float, ...]] = {}
     with contextlib.suppress(BadInputError):  # of a package that is not installed here
-        values |= parse_effect(cause.specification).values  # those that are held or read off stand here alone
+        values |= parse_effect(cause.specification).values  # those that are held or read off are here alone
     for name, value in cause.parameters.items():
         own = tuple(joint.estimate for joint in value.by_joint)
         values[name] = own or value.estimate

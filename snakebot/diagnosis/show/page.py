@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from snakebot import __version__
 from snakebot.diagnosis.result import AngleClosure, Diagnosis, SpeedClosure
 from snakebot.diagnosis.show.first_screen import first_screen
-from snakebot.diagnosis.show.marks import add_causes, trace_charts
+from snakebot.diagnosis.show.marks import DEG, add_causes, trace_charts
 from snakebot.diagnosis.show.named import effect_title, plain, share_in_words
 from snakebot.diagnosis.show.tables import add_budget, add_numbers, add_ranking, add_stated
 from snakebot.effects.telling import STAGES_IN_WORDS
@@ -15,7 +13,6 @@ from snakebot.in_words import three
 from snakebot.report import Axis, BarChart, Bars, Column, Note, Page, Section, Table
 from snakebot.runlog import Session
 
-DEG = 180 / np.pi  # in a radian
 ONE_MOTION = "Only one motion may be fitted: there is no other to test it on."
 
 

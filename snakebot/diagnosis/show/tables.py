@@ -17,14 +17,14 @@ from snakebot.effects.telling import joints_in_words
 from snakebot.in_words import span, three
 from snakebot.report import Axis, BarChart, Bars, Column, Note, Section, Table
 
-STATED = {  # numbers of a robot's description: what they are called, unit, how many of those in one SI unit
+STATED = {  # numbers of a robot's description: what they are called, unit, by definition how many in one SI unit
     "servo.time_constant_s": ("lag of the servo", "ms", 1000.0),
     "friction.ct": ("friction along the links", "N s/m", 1.0),
     "friction.cn": ("friction across the links", "N s/m", 1.0),
     "link_mass_kg": ("mass of a link", "kg", 1.0),
 }
 MUCH, SOME = 3.0, 1.5  # tolerances off: "far off", "off"; chosen
-ALIKE_SE = 2.0  # standard errors within which two explanations do equally well; chosen: 95 %
+ALIKE_SE = 2.0  # standard errors within which two explanations do equally well: 95 %; chosen
 
 
 def add_numbers(section: Section, found: Diagnosis) -> None:

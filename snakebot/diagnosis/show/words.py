@@ -22,7 +22,7 @@ VERDICTS = {
     "no_gap": "No gap",
     "unexplained": "Unexplained",
 }
-LEAST_SHARE = 0.005  # of the gap, below which a part of it is not told; chosen
+LEAST_TOLD = 0.005  # of the gap, below which a part of it is not told; chosen
 
 
 def verdict_words(found: Diagnosis) -> str:
@@ -79,7 +79,7 @@ def _shares(found: Diagnosis) -> list[str]:
     lines = []
     for of, name in (("joint_angle", "joint angles"), ("ground", "motion over ground")):
         entries = found.shares_of(of)
-        told = [entry for entry in entries if entry.cause is not None or entry.share >= LEAST_SHARE]
+        told = [entry for entry in entries if entry.cause is not None or entry.share >= LEAST_TOLD]
         if len(told) > 1:
             parts = [
                 f"{'the rest' if e.cause is None else effect_title(found.causes[e.cause].effect)} {e.share:.0%}"

@@ -21,12 +21,11 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.fit_runs import ground_residuals
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import BudgetEntry, Cause
-from snakebot.diagnosis.verdict.closure import DRAWS, LEAST_DRAWN, NO_GAP
+from snakebot.diagnosis.verdict.closure import DRAWS, LEAST_DRAWN, NO_GAP, QUANTILES
 from snakebot.effects.spec import EffectSpec
 
-ALL_ORDERS = 3  # causes of which every order is tried; of more a few, forwards and backwards; chosen
-SOME_ORDERS = 4  # chosen
-QUANTILES = (0.025, 0.975)
+ALL_ORDERS = 3  # causes of which every order is tried; chosen
+SOME_ORDERS = 4  # orders of more causes that are tried, each forwards and backwards; chosen
 
 Coalition = frozenset[int]
 Squares = Callable[[Coalition], Floats]
@@ -105,8 +104,8 @@ def ground_budget(
 
 
 def window_draws(run: Ints, lone: Bools, seed: int) -> Ints | None:
-    """(D, W) draws of the windows of the motion over ground: within each run; runs of one speed alone stand for each
-    other. None where there are too few for an interval.
+    """(D, W) draws of the windows of the motion over ground: within each run; runs of one speed alone are
+    exchangeable. None where there are too few for an interval.
 
     Args:
         run: (W,) of each window.
@@ -131,7 +130,7 @@ def by_share(
     order = sorted(range(len(causes)), key=lambda i: -round(share.get(i, -math.inf), 2))
     place = {None: None} | {old: new for new, old in enumerate(order)}
     entries = [entry.model_copy(update={"cause": place[entry.cause]}) for entry in budget]
-    of_rest = len(causes)  # stands behind all of them
+    of_rest = len(causes)  # comes after all of them
     entries.sort(key=lambda entry: of_rest if entry.cause is None else entry.cause)
     return tuple(causes[i] for i in order), tuple(entries)
 

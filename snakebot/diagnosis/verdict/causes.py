@@ -92,7 +92,7 @@ def weigh_causes(
         if not open_rivals and weighed[i].group:
             open_rivals = [best, *weighed[i].group]
     ranking = ranked(evidence, found, best, [(weighed[i].cause.probability, weighed[i].group) for i in order])
-    return [weighed[i].cause for i in order], open_rivals[:4], ranking
+    return [weighed[i].cause for i in order], open_rivals, ranking
 
 
 def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:

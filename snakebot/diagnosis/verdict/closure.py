@@ -22,6 +22,9 @@ from snakebot.diagnosis.result import AngleClosure, JointClosure, SpeedClosure
 from snakebot.effects.spec import EffectSpec
 
 DRAWS = 1000  # of the bootstrap; chosen: 2.5 % quantiles then rest on 25 draws
+QUANTILES = (0.025, 0.975)  # ends of a 95 % interval, by definition
+# Of the gap, that a draw's own gap is taken for at least: closure divides by it; chosen.
+LEAST_DRAWN_GAP = 0.1
 LEAST_DRAWN = 3  # runs of a speed each, or windows over ground, that an interval needs; chosen
 NOT_HELD_OUT = (
     "only one motion may be fitted, so no run is held out: before and after are of the runs that were fitted"
@@ -58,7 +61,7 @@ def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) ->
         weight = size[draw].sum(axis=1)
         eb = (before * size)[draw].sum(axis=1) / weight
         ab = (after * size)[draw].sum(axis=1) / weight
-        interval = _interval((eb - ab) / np.maximum(eb - f2, 0.1 * (e2 - f2)))
+        interval = _interval((eb - ab) / np.maximum(eb - f2, LEAST_DRAWN_GAP * (e2 - f2)))
         if not floor.known:
             reason = "no repeated runs: the floor is taken as zero"
     return AngleClosure(
@@ -184,12 +187,10 @@ def speed_closure(
     else:
         closed = (e2 - a2) / (e2 - f2)
         if before.size >= LEAST_DRAWN:
-            runs_alike = np.zeros(
-                before.size, dtype=np.int64
-            )  # each is one number: they stand for each other
+            runs_alike = np.zeros(before.size, dtype=np.int64)  # each is one number: they are exchangeable
             draw = resample(runs_alike, np.random.default_rng(seed), DRAWS)
             eb, ab = before[draw].mean(axis=1), after[draw].mean(axis=1)
-            interval = _interval((eb - ab) / np.maximum(eb - f2, 0.1 * (e2 - f2)))
+            interval = _interval((eb - ab) / np.maximum(eb - f2, LEAST_DRAWN_GAP * (e2 - f2)))
         if floor is None:
             reason = "no repeated runs: the floor is taken as zero"
     return SpeedClosure(
@@ -213,5 +214,5 @@ def _mean(square: Floats, size: Floats) -> float:
 
 
 def _interval(values: Floats) -> tuple[float, float]:
-    low, high = np.quantile(values, [0.025, 0.975])
+    low, high = np.quantile(values, QUANTILES)
     return float(low), float(high)

@@ -15,7 +15,8 @@ from snakebot.diagnosis.verdict.rest import MUCH_LEFT, Rest, held_out_rest, rest
 
 SOME_LEFT = 0.08  # share of the gap that may not be left over if it is more than noise can be; chosen
 PREDICTABLE = 0.4  # share of such a rest that the flexible model predicts on held-out gaits; chosen
-# Share of the gap that may be left where it is partly explained: its causes close at least half (contract).
+# Share of the gap that may be left where it is partly explained; by definition, its causes close at least half
+# (docs/diagnosis-method.md).
 MOST_LEFT_OVER = 0.5
 FAR_ABOVE = 20.0  # mean square of such a rest over the allowed one; chosen
 

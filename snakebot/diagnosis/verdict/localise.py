@@ -21,6 +21,9 @@ from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import StageShares
 
+TURN_ARM_M = 0.05  # by which a turn rate becomes a speed, to be compared with one, m; chosen
+LEAST_LINK = 0.05  # share of the gap, below which the link has none; chosen
+
 
 def shares(evidence: Evidence, gap: Gap, nominal: Trial, steps: Sequence[tuple[Trial, Trial]]) -> StageShares:
     """Share of each stage in the gap of ``nominal``; ``steps`` are pairs (before, after) of the explanation as it grew,
@@ -88,7 +91,7 @@ def relative_ground(ground: GroundEvidence | None, gap: Gap, nominal: Trial) -> 
     planar = features.kind != ground_motion.TURN
     excess = np.maximum(held - ground.allowed_square, 0.0)
     speed = float(np.mean(np.square(features.value[planar]))) + 1e-6
-    turning = float(np.mean(excess[~planar])) * 0.05**2 if (~planar).any() else 0.0
+    turning = float(np.mean(excess[~planar])) * TURN_ARM_M**2 if (~planar).any() else 0.0
     return (float(np.mean(excess[planar])) + turning) / speed
 
 
@@ -114,4 +117,4 @@ def _link_share(angles: AngleEvidence, simulator: Simulator, nominal: Trial) -> 
     if whole <= float(np.mean(angles.tolerance_square)):
         return 0.0
     share = 1 - max(left, 0.0) / whole
-    return share if share > 0.05 else 0.0
+    return share if share > LEAST_LINK else 0.0

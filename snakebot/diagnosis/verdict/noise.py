@@ -10,10 +10,15 @@ import numpy as np
 
 from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.floor import Floor
+from snakebot.diagnosis.fit.uncertainty import SIGMAS
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects
 
-USUAL_SCATTER_RAD = np.radians(0.2)  # scatter that is taken for granted beside the encoder's counts
+USUAL_SCATTER_RAD = np.radians(0.2)  # standard deviation of a sound encoder's readings, rad; chosen
+TIMES_QUANTISER = 4.0  # ... and over that of its counts, if they are coarser; chosen
+# Variance of an estimate from third differences over one from as many that share no noise, and the least relative error
+# of such an estimate; chosen.
+SHARED_NOISE, ROUGH = 2.5, 0.02
 OUTSTANDING = 4.0  # scatter of a joint over the median joint's, from which on it stands out; chosen
 
 
@@ -39,15 +44,14 @@ def noisy_encoders(data: Data, floor: Floor) -> EncoderScatter | None:
     loud: list[int] = [
         j
         for j, w in enumerate(white)
-        if w > max(USUAL_SCATTER_RAD, 4 * q)
-        or (white.size >= 3 and w > max(OUTSTANDING * middle, 0.5 * USUAL_SCATTER_RAD, 4 * q))
+        if w > max(USUAL_SCATTER_RAD, TIMES_QUANTISER * q)
+        or (white.size >= 3 and w > max(OUTSTANDING * middle, 0.5 * USUAL_SCATTER_RAD, TIMES_QUANTISER * q))
     ]
     if not loud:
         return None
     std = float(np.sqrt(max(float(np.mean(np.square(white[loud]))) - q * q, 0.0)))
     samples = sum(int(run.use[:, j].sum()) for run in data.runs for j in loud)
-    # third differences share their noise, and the estimate itself is rough
-    relative = float(1.96 * np.sqrt(2.5 / max(samples, 1)) + 0.02)
+    relative = float(SIGMAS * np.sqrt(SHARED_NOISE / max(samples, 1)) + ROUGH)
     degrees = float(np.degrees(std))
     return EncoderScatter(
         tuple(j + 1 for j in loud), degrees, (degrees * (1 - relative), degrees * (1 + relative))

@@ -2,7 +2,7 @@
 
 The shape of the rule is fixed here, its numbers come from ``calibration.json``, which
 ``tools/blind/calibrate`` or ``tools/calibrate_diagnosis`` writes from simulated sessions with known causes (the command
-and the seeds stand in the file).
+and the seeds are in the file).
 """
 
 from __future__ import annotations
@@ -16,21 +16,19 @@ from pathlib import Path
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.diagnosis.result import Cause, RankingEntry
+from snakebot.diagnosis.evidence.score import ALIKE
+from snakebot.diagnosis.result import HIGHEST, LOWEST, Cause, RankingEntry
 
 CALIBRATION_FILE = Path(__file__).parents[1] / "calibration.json"
 SCHEMA = "snakebot.calibration/1"
 
-# Probabilities that are never exceeded; chosen: hundreds of cases, not thousands, stand behind them.
-HIGHEST, LOWEST = 0.99, 0.01
 MOST_OF_ONE_MOTION = 0.5  # highest probability where nothing could be held out: a guess; chosen
 # Mean square left over the allowed one, above which a probability is at most ``MOST_BESIDE_REST``; chosen.
 LARGE_REST = 100.0
 MOST_BESIDE_REST = 0.6  # highest probability of a cause beside such a rest; chosen
 MOST_WHERE_GUESSED = 0.8  # highest probability where part of the set-points is guessed (slow logs); chosen
-# Highest probability of a cause that leaves the gap unexplained: more would contradict the verdict.
+# Highest probability of a cause that leaves the gap unexplained: more would contradict the verdict; chosen.
 MOST_UNEXPLAINED = 0.5
-SCORE_SCALE = 0.02  # held-out score by which odds fall to 1/e: 4 % of the mean square; chosen
 FEATURES = ("lead", "rest", "closed", "rivals", "motions", "explained")
 
 
@@ -58,7 +56,7 @@ class CauseFeatures:
         """(F,) in the order of ``FEATURES``, each of order one."""
         return np.array(
             [
-                np.log1p(max(self.lead, 0.0) / 0.02) / 3,
+                np.log1p(max(self.lead, 0.0) / ALIKE) / 3,
                 np.log1p(max(self.rest, 0.0)) / 2,
                 min(max(self.closed, 0.0), 1.0),
                 float(min(self.rivals, 3)),
@@ -107,9 +105,9 @@ def probability(features: CauseFeatures) -> float:
 
 
 def shared(group: float, scores: Sequence[float]) -> list[float]:
-    """Share a group's probability among its members, by how their held-out scores compare."""
+    """Share a group's probability among its members: ``ALIKE`` less held-out score makes one e times less likely."""
     s = np.array(scores, dtype=np.float64)
-    weight = np.exp((s - s.max()) / SCORE_SCALE)
+    weight = np.exp((s - s.max()) / ALIKE)
     return [float(group * w) for w in weight / weight.sum()]
 
 
@@ -118,7 +116,7 @@ def beside(best: float, score: float, scores: Sequence[float], most: float) -> l
     it, the less the lower their ``scores``, ``most`` in all.
     """
     s = np.array(scores, dtype=np.float64)
-    likely = best * np.exp(np.minimum(s - score, 0.0) / SCORE_SCALE)
+    likely = best * np.exp(np.minimum(s - score, 0.0) / ALIKE)
     return [float(p) for p in likely * min(1.0, most / max(float(likely.sum()), 1e-300))]
 
 

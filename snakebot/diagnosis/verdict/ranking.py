@@ -74,7 +74,7 @@ def _rms_shown(evidence: Evidence, trial: Trial) -> float:
 
 
 def _worse_in(evidence: Evidence, best: Trial, trial: Trial) -> tuple[str, ...]:
-    """Runs of the closure in which it is behind by as much as would make an effect worth naming."""
+    """Runs of the closure in which it is behind by as much as an effect must gain to be named."""
     scoring, names = evidence.scoring, []
     for index in evidence.split.shown:
         rows = touched(scoring, trial, best) & (scoring.run == index)

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.diagnosis.evidence.data import Data
+from snakebot.diagnosis.evidence.data import MIN_SAMPLES, Data
 from snakebot.diagnosis.result import Regime
 
 REVERSAL = 0.15  # share of a joint's fastest motion, below which it is turning round; chosen
 LOAD_AXES = ("load", "angle")  # said beside another axis, the first that is clear
+MOST_GAITS = 12  # gaits of a session, of other frequencies, that are told apart in a table; chosen
 CLEAR_RATIO = 1.35  # rms in one regime over that in another, from which on it is told; chosen
 
 
@@ -40,7 +41,7 @@ def regimes(
     for index, run in enumerate(data.runs):
         for joint in joints:
             use = run.use[:, joint]
-            if use.sum() < 8:
+            if use.sum() < MIN_SAMPLES:
                 continue
             q = nominal_rad[index][:, joint]
             rate = np.abs(np.gradient(q, run.t_s))
@@ -61,7 +62,7 @@ def regimes(
         place = np.digitize(axis.values, axis.edges)
         for number, label in enumerate(axis.labels):
             rows = place == number
-            if rows.sum() >= 8:
+            if rows.sum() >= MIN_SAMPLES:
                 out.append(
                     Regime(
                         axis=axis.name,
@@ -104,7 +105,7 @@ def _axes(columns: dict[str, Floats]) -> list[_Axis]:
     omega = columns.get("omega")
     if omega is not None:
         known = np.unique(np.round(omega[np.isfinite(omega)], 2))
-        if 2 <= known.size <= 12:
+        if 2 <= known.size <= MOST_GAITS:
             edges = 0.5 * (known[1:] + known[:-1])
             values = np.where(np.isfinite(omega), omega, -1e9)
             axes.append(_Axis("gait frequency", values, edges, tuple(f"omega {w:g} rad/s" for w in known)))
@@ -141,7 +142,7 @@ def sentence(found: Sequence[Regime], *, rest: bool = False) -> str:
         return (
             f"{what} is much the same at all speeds, angles and times ({np.degrees(size(high)):.2g} deg rms)"
         )
-    # where the load is not known, the angle stands for it: gravity pulls at an arm
+    # where the load is not known, the angle replaces it: gravity pulls at an arm
     others = [axis for axis in LOAD_AXES if axis in apart and axis != first and apart[axis][0] >= CLEAR_RATIO]
     second = f"; {told(others[0])}" if others and first not in LOAD_AXES else ""
     return f"{what} is largest {told(first)}{second}"

@@ -49,7 +49,7 @@ def _lags(evidence: Evidence, best: Trial) -> list[StatedNumber]:
         if power <= 0:
             continue
         found = float(weight @ (r * v)) / power
-        # as correlated within a block as they like (sandwich)
+        # sandwich estimate: residuals within a block may be correlated
         pulls = np.bincount(block, weights=weight * v * (r - found * v))
         error = math.sqrt(float(pulls @ pulls)) / power
         out += _told(

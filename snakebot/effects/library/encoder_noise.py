@@ -43,7 +43,7 @@ class EncoderNoise(Effect):
     name = "encoder_noise"
     example = "encoder_noise:std_deg=0.3"
     stage = "sensor"
-    summary = "Readings scatter, and counts may get lost for good."
+    summary = "Readings scatter, and counts may get lost permanently."
     title = "noisy encoders"
     sentence = "The readings of {on} scatter by {std_deg}"
     look = "Look at the encoder's cable, shield and magnet distance; read a joint at rest for some seconds."

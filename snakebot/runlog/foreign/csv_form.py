@@ -1,4 +1,4 @@
-"""Finds out how a CSV is written: what stands between its columns, its decimal sign, where its header is."""
+"""Finds out how a CSV is written: its delimiter, its decimal sign, where its header is."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from snakebot.errors import BadInputError
 from snakebot.runlog.number_table import CsvForm, number, spaced, uncommented
 
 SAMPLE_BYTES = 64 << 10  # of the file's beginning; chosen: hundreds of rows
-SAMPLE_ROWS = 200
+SAMPLE_ROWS = 200  # by which its form is found out, behind the rows to skip; chosen
 _DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces"}
 _ENCODINGS = ("utf-8", "cp1252")  # what a spreadsheet in the west writes where it does not write UTF-8
 
@@ -59,7 +59,7 @@ def find_form(
                 best = found
     if best is None:
         raise BadInputError(
-            f"{path}: row 1: found no table of numbers in it; say what stands between columns with --delimiter"
+            f"{path}: row 1: found no table of numbers in it; name the delimiter with --delimiter"
         )
     return best[1]
 

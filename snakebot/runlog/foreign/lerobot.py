@@ -25,8 +25,8 @@ from snakebot.runlog.session import MAX_RUNS
 
 INFO = Path("meta") / "info.json"
 VERSIONS = ("v2.0", "v2.1", "v3.0")
-MAX_INFO_BYTES = 4 << 20
-MAX_FILES = 10_000
+MAX_INFO_BYTES = 4 << 20  # of ``INFO``; chosen
+MAX_FILES = 10_000  # of one dataset; chosen
 MAX_WIDTH = 256  # numbers of an action or a state; chosen
 ACTION, STATE = "action", "observation.state"
 _BATCH = 1024  # rows

@@ -33,6 +33,7 @@ from snakebot.runlog.run import Run
 COMMANDS = (JOINT_STATE, TRAJECTORY, ARRAY, CONTROLLER_STATE)
 MEASUREMENTS = (JOINT_STATE, CONTROLLER_STATE)
 MAX_JOINTS = 256  # of one message; chosen
+_LISTED = 8  # topics that an error names at most; chosen
 _USUAL = ("/joint_states", "joint_states")  # what ros2_control's broadcaster publishes
 
 
@@ -140,11 +141,7 @@ def _topics(bag: Bag, options: BagOptions) -> tuple[str, str]:
         usual = [name for name in able if name in _USUAL]
         able = usual or able
         if len(able) != 1:
-            what = (
-                f"more than one topic may be the measurement ({', '.join(able[:8])})"
-                if able
-                else "no topic of joint states"
-            )
+            what = _not_one(able, "measurement", "joint states")
             raise BadInputError(f"{bag.path}: {what}; choose with --measured and --command; there are {said}")
         measured = able[0]
     if options.command is not None:
@@ -153,13 +150,16 @@ def _topics(bag: Bag, options: BagOptions) -> tuple[str, str]:
         return measured, measured
     able = [name for name in there if name != measured]
     if len(able) != 1:
-        what = (
-            f"more than one topic may be the command ({', '.join(able[:8])})"
-            if able
-            else "no topic of commands"
-        )
+        what = _not_one(able, "command", "commands")
         raise BadInputError(f"{bag.path}: {what}; choose with --command; there are {said}")
     return measured, able[0]
+
+
+def _not_one(able: Sequence[str], role: str, messages: str) -> str:
+    """Why a topic is not chosen by itself: several have messages of that kind, or none has."""
+    if not able:
+        return f"no topic of {messages}"
+    return f"more than one topic may be the {role} ({', '.join(able[:_LISTED])})"
 
 
 def _definition(bag: Bag, topic: Topic) -> Definition:

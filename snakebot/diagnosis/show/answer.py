@@ -22,7 +22,7 @@ from snakebot.in_words import listed, three
 
 MOST_SAID = 3  # causes that the sentence names; chosen
 CLOSED_WELL = 0.9  # share of the gap from which on nobody asks for the rest; chosen
-MOSTLY = 0.5  # share of what is left above the floor that counts as most of it; by the word
+MOSTLY = 0.5  # share of what is left above the floor that is most of it; by definition
 MOST_LOOKS = 2  # of those what to look at is said; chosen: one screen holds no more
 SOME_GAIT = "--alpha 66 --beta 80 --omega 2"  # to see effects in simulation: the example of the README
 ROBOT, RUN, SIMULATION = "On the robot", "Next run", "Simulation"

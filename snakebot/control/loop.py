@@ -230,6 +230,7 @@ class RunLoop:
     def _meet_watchdog(self) -> None:
         """What depends on what is behind the link, and on how long this board waits for a set-point."""
         self.board.link.check_rate(1.0 / self.interval_s)
+        self.board.quicken()
         waits_s = watchdog_s(self.board, 1.0 / self.interval_s)
         self._lateness = Lateness(self.interval_s, waits_s, self.progress, self._journal)
         self._copies = Copies(

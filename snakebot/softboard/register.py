@@ -12,6 +12,7 @@ from typing import NamedTuple
 from firmware_protocol.assembly import ANGLE_STEP_RAD, SEQUENCE_MASK, SetpointAssembler
 from firmware_protocol.catalogue import JointMode, Latch, LimitKind, Message
 from firmware_protocol.frame import Frame
+from firmware_protocol.whole_tick import SetpointReader
 from snakebot.arrays import Floats
 from snakebot.gait.limits import SlewLimiter
 
@@ -56,6 +57,7 @@ class SetpointRegister:
         self.clamped = 0
         self._refused = 0
         self._assembler = SetpointAssembler(self.joints)
+        self._reader = SetpointReader(self.joints)
         self._limiter = SlewLimiter(*self._built_in)
         self._modes = [_Joint() for _ in range(self.joints)]
         self._all_active = True
@@ -113,13 +115,21 @@ class SetpointRegister:
         if complete is None:
             return None
         latch, angles_rad = complete
-        step = (latch.sequence - self.sequence) & SEQUENCE_MASK
+        return self._newer(latch.sequence, latch.interval_s, angles_rad)
+
+    def read_whole(self, data: bytes) -> tuple[Tick | None] | None:
+        """The same for bytes that are one whole set-point; None: they are not, and ``assemble`` takes their frames."""
+        whole = self._reader.read(data) if self._assembler.idle else None
+        return None if whole is None else (self._newer(*whole),)
+
+    def _newer(self, sequence: int, interval_s: float, angles_rad: tuple[float, ...]) -> Tick | None:
+        step = (sequence - self.sequence) & SEQUENCE_MASK
         if self._first:
             step = 1
         elif not 0 < step < _HALF:
             self._refused += 1
             return None
-        return Tick(latch.sequence, step, latch.interval_s, angles_rad)
+        return Tick(sequence, step, interval_s, angles_rad)
 
     def execute(self, tick: Tick, t_s: float) -> bool:
         """Move ``applied_rad`` towards the set-point as far as the limits let it; False if it comes too early."""

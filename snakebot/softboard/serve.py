@@ -44,8 +44,7 @@ def _serve(board: SoftBoard, link: Link, clock: Clock, stop: threading.Event) ->
             frames = []
             stop.wait(_NO_WIRE_S)
         now_s = clock.now_s()
-        for frame in frames:
-            board.receive(frame, now_s)
+        board.take(frames, now_s)
         board.note_corrupt(link.statistics.corrupt - corrupt)
         corrupt = link.statistics.corrupt
         said = board.advance(now_s)

@@ -21,7 +21,6 @@ GROUP = 3  # joints a frame
 PACKET_BYTES = 14  # of a frame with eight bytes: COBS makes 13 of its 12, and one zero ends it
 
 _LARGEST = 32767  # integer of an angle or a count on the wire
-_NO_READING = -32768
 _STEP_RAD = 1e-4  # of an angle, as in the DBC
 _SHORT = 0xFFF  # what a group frame keeps of a sequence number
 
@@ -83,7 +82,7 @@ def _ends(data: Any, at: int) -> int:
 
 @_part
 def _packet(data: Any, at: int, end: int) -> tuple[int, int, int]:
-    """Identifier (-1: no packet), payload bytes and payload of the COBS bytes from ``at`` to ``end``, none of them 0."""
+    """Identifier (-1: no packet), length and payload of the COBS bytes from ``at`` to ``end``; none of them is zero."""
     head, payload, tail = 0, 0, 0  # bytes 0 and 1; the next eight; the last two of a full packet
     size = 0
     while at < end:
@@ -164,17 +163,18 @@ def count(data: Any) -> int:
     return frames
 
 
-@njit(_INT64(_BYTES, _TABLE, _INT64, _INTS), cache=True)
-def read_setpoint(data: Any, wire: Any, joints: int, raw: Any) -> int:
+@njit(_INT64(_BYTES, _TABLE, _INTS, _FLOATS), cache=True)
+def read_setpoint(data: Any, wire: Any, raw: Any, angles: Any) -> int:
     """One set-point of all joints, nothing missing and nothing else.
 
     Args:
         raw: (3 a group,) gets the angles as integers, in the steps of the wire.
+        angles: (joints,) gets the angles, rad.
 
     Returns:
         256 x its sequence number + the interval in steps of the wire; -1 where the data are anything else.
     """
-    groups = raw.size // GROUP
+    groups, joints = raw.size // GROUP, angles.size
     seen, latch, number, at = 0, -1, -1, 0
     while at < len(data):
         end = _ends(data, at)
@@ -207,6 +207,8 @@ def read_setpoint(data: Any, wire: Any, joints: int, raw: Any) -> int:
         at = end + 1
     if latch < 0 or seen != _mask(groups) or _setpoint_crc(latch >> 8, raw, joints) != crc:
         return -1
+    for joint in range(joints):
+        angles[joint] = raw[joint] * _STEP_RAD
     return latch
 
 
@@ -358,49 +360,63 @@ def _emit_groups(out: Any, at: int, wire: Any, row: int, sample: int, raw: Any) 
     return at
 
 
-@njit(_INT64(_OUT, _TABLE, _RANGES, _INTS, _INTS, _FLOATS, _INTS, _FLOATS), cache=True)
+@njit(
+    _INT64(
+        _OUT,
+        _TABLE,
+        _RANGES,
+        _INT64,
+        _INT64,
+        _INT64,
+        _INT64,
+        _INTS,
+        _FLOATS,
+        _FLOATS,
+        _INTS,
+        _FLOAT64,
+        _FLOAT64,
+        _FLOAT64,
+        _FLOAT64,
+    ),
+    cache=True,
+)
 def write_answer(
-    out: Any, wire: Any, ranges: Any, state: Any, counts: Any, applied: Any, raw: Any, pose: Any
-) -> int:
+    out: Any, wire: Any, ranges: Any, sequence: int, sample: int, mode: int, time_us: int,
+    counts: Any, servo: Any, trim: Any, raw: Any, x: float, y: float, heading: float, speed: float,
+) -> int:  # fmt: skip
     """One sample, with its pose, as the bytes of one write.
 
     Args:
         out: gets the bytes.
         ranges: scale, offset, lowest and highest of (interval,) x, y, heading and speed.
-        state: (4,) sequence, sample, mode and board time.
-        counts: (3 a group,) what was measured; what does not fit into 16 bits becomes "no reading".
-        applied: (joints,) rad; beyond what the wire carries it stays at the edge.
+        sequence, sample, mode, time_us: of the state.
+        counts: (3 a group,) what was measured, each within 16 bits.
+        servo, trim: (joints,) rad; their difference is what is applied. Beyond the wire it stays at the edge.
         raw: (3 a group,) scratch; zero beyond the joints.
-        pose: (4,) x, y, heading, speed; left out where one of them is beyond the wire, or NaN.
+        x, y, heading, speed: the pose; left out where one of them is beyond the wire, or NaN.
 
     Returns:
         How many bytes they are; -1: an applied angle is no number.
     """
-    for joint in range(counts.size):
-        if not -_LARGEST <= counts[joint] <= _LARGEST:
-            counts[joint] = _NO_READING
     most = _LARGEST * _STEP_RAD
-    for joint in range(applied.size):
-        angle = applied[joint]
+    for joint in range(servo.size):
+        angle = servo[joint] - trim[joint]
         if np.isnan(angle):
             return -1
         raw[joint] = np.int64(np.rint(min(max(angle, -most), most) / _STEP_RAD))
     out[0] = 0
-    payload = 0
-    for field in range(4):
-        payload |= _put(state[field], wire, STATE, field)
-    sample = state[1]
+    payload = _put(sequence, wire, STATE, 0) | _put(sample, wire, STATE, 1)
+    payload |= _put(mode, wire, STATE, 2) | _put(time_us, wire, STATE, 3)
     at = _emit(out, 1, wire[STATE, 0], payload)
     at = _emit_groups(out, at, wire, MEASURED, sample, counts)
     at = _emit_groups(out, at, wire, APPLIED, sample, raw)
-    for value in range(4):
-        if not _fits(pose[value], ranges, 1 + value):
-            return at
-    for part in range(2):
-        row = POSITION + part
-        payload = _put(sample, wire, row, 0)
-        for field in range(2):
-            value = 2 * part + field
-            payload |= _put(_raw(pose[value], ranges, 1 + value), wire, row, 1 + field)
-        at = _emit(out, at, wire[row, 0], payload)
-    return at
+    if not (
+        _fits(x, ranges, 1) and _fits(y, ranges, 2) and _fits(heading, ranges, 3) and _fits(speed, ranges, 4)
+    ):
+        return at
+    payload = _put(sample, wire, POSITION, 0) | _put(_raw(x, ranges, 1), wire, POSITION, 1)
+    payload |= _put(_raw(y, ranges, 2), wire, POSITION, 2)
+    at = _emit(out, at, wire[POSITION, 0], payload)
+    payload = _put(sample, wire, MOTION, 0) | _put(_raw(heading, ranges, 3), wire, MOTION, 1)
+    payload |= _put(_raw(speed, ranges, 4), wire, MOTION, 2)
+    return _emit(out, at, wire[MOTION, 0], payload)

@@ -16,6 +16,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_protocol import tick_kernels
 from firmware_protocol.assembly import ANGLE_STEP_RAD, LARGEST, Sample, groups
@@ -34,6 +35,8 @@ from firmware_protocol.catalogue import (
 )
 from firmware_protocol.frame import ProtocolError
 from firmware_protocol.framing import Packed
+
+Floats = NDArray[np.float64]
 
 _ROWS = (Setpoint, Latch, State, Measured, Applied, PosePosition, PoseMotion)  # as tick_kernels counts them
 _MODES = {int(mode): mode for mode in Mode}
@@ -62,30 +65,26 @@ def wire() -> Wire:
     return Wire()
 
 
-class WholeSetpoint(NamedTuple):
-    """A set-point of all joints."""
-
-    sequence: int
-    interval_s: float
-    angles_rad: tuple[float, ...]
-
-
 class SetpointReader:
-    """Reads the set-points of so many joints."""
+    """Reads the set-points of so many joints.
+
+    Attributes:
+        angles_rad: (joints,) of the set-point read last; the next one overwrites it.
+    """
 
     def __init__(self, joints: int) -> None:
-        self._joints = joints
         self._wire = wire()
         self._raw = np.zeros(3 * groups(joints), np.int64)
+        self.angles_rad: Floats = np.zeros(joints)
 
-    def read(self, data: bytes) -> WholeSetpoint | None:
-        """The set-point that these bytes are; None: they are anything else."""
-        found = tick_kernels.read_setpoint(data, self._wire.signals, self._joints, self._raw)
+    def read(self, data: bytes) -> tuple[int, float] | None:
+        """Sequence number and interval (s) of the set-point that these bytes are; None: they are anything else."""
+        wire = self._wire
+        found = tick_kernels.read_setpoint(data, wire.signals, self._raw, self.angles_rad)
         if found < 0:
             return None
-        scale, offset = self._wire.interval
-        angles_rad = tuple([angle * ANGLE_STEP_RAD for angle in self._raw.tolist()[: self._joints]])
-        return WholeSetpoint(found >> 8, (found & 0xFF) * scale + offset, angles_rad)
+        scale, offset = wire.interval
+        return found >> 8, (found & 0xFF) * scale + offset
 
 
 class SetpointWriter:
@@ -160,10 +159,9 @@ class AnswerWriter:
     def __init__(self, joints: int) -> None:
         self._wire = wire()
         self._joints = joints
-        self._state, self._pose = np.zeros(4, np.int64), np.zeros(4)
         self._counts, self._raw = np.zeros((2, 3 * groups(joints)), np.int64)
         self._counts[joints:] = NO_READING
-        self._applied = np.zeros(joints)
+        self._measured = self._counts[:joints]
         self._buffer = bytearray(1 + tick_kernels.PACKET_BYTES * (1 + 2 * groups(joints) + 2))
         self._out, self._view = np.frombuffer(self._buffer, np.uint8), memoryview(self._buffer)
 
@@ -171,7 +169,8 @@ class AnswerWriter:
         self,
         state: tuple[int, int, int, int],
         counts: Sequence[int | None],
-        applied_rad: Sequence[float],
+        servo_rad: Floats,
+        trim_rad: Floats,
         pose: tuple[float, float, float, float] | None,
     ) -> Packed:
         """The frames of a sample and of the pose after it.
@@ -182,17 +181,20 @@ class AnswerWriter:
 
         Args:
             state: sequence, sample, mode and board time, each within its bits.
+            servo_rad, trim_rad: (joints,) what servos are told, and the part of it that is trim.
 
         Raises:
             ProtocolError: an applied angle is no number.
         """
-        told = [NO_READING if count is None or abs(count) > LARGEST else count for count in counts]
-        self._state[:], self._counts[: self._joints] = state, told
-        self._applied[:], self._pose[:] = applied_rad, pose or _NO_POSE
+        self._measured[:] = [
+            NO_READING if count is None or abs(count) > LARGEST else count for count in counts
+        ]
         wire = self._wire
-        size = tick_kernels.write_answer(
-            self._out, wire.signals, wire.ranges, self._state, self._counts, self._applied, self._raw, self._pose
-        )
+        sequence, sample, mode, board_time_us = state
+        size = tick_kernels.write_answer(  # int: a call with an enumeration's item takes ten times as long
+            self._out, wire.signals, wire.ranges, sequence, sample, int(mode), board_time_us, self._counts,
+            servo_rad, trim_rad, self._raw, *(pose or _NO_POSE),
+        )  # fmt: skip
         if size < 0:
             raise ProtocolError(f"{math.nan} is no angle")
         return Packed(bytes(self._view[:size]), size // tick_kernels.PACKET_BYTES)

@@ -83,6 +83,7 @@ class BoardConnection:
         self._claim = Claim.NONE
         self._not_ours = 0  # heartbeats in a row that say we do not hold the board that we have armed
         self._stop_wanted: StopReason | None = None
+        self._listened: tuple[float, Sequence[Frame]] | None = None  # come, and not taken in yet
         self._received: list[Received] = []  # read, and not handed out yet
         self._connecting = True
         self._trouble: BoardFaultError | None = None  # found while reading; raised when all is taken in
@@ -103,7 +104,9 @@ class BoardConnection:
 
     def quicken(self) -> None:
         """From now on whole ticks are written and read by compiled code; the board must be connected."""
-        from firmware_protocol.whole_tick import AnswerReader  # brings the compiler in: only who runs a tick needs it
+        from firmware_protocol.whole_tick import (
+            AnswerReader,
+        )  # brings the compiler in: only who runs a tick needs it
 
         assert self.info is not None
         self.link.quicken()
@@ -150,10 +153,27 @@ class BoardConnection:
         self.traffic.note("tx", self.clock.now_s(), frames)
         self.link.send(frames)
 
+    def await_answer(self, timeout_s: float) -> None:
+        """Wait up to ``timeout_s`` for the next frames and keep them, with their time, for whatever reads next.
+
+        For a loop that has work to do after a set-point: the processor is the wire's until the answer is here, and the
+        answer does not wait for that work either.
+
+        Raises:
+            LostBoardError: the link is gone.
+            BoardFaultError: a stop was asked for meanwhile.
+        """
+        if self._listened is None and (frames := self._wait(timeout_s)):
+            self._listened = self.clock.now_s(), frames
+
     def _read(self, timeout_s: float) -> None:
         """Take in what comes, all of it; then raise what was found in it."""
-        frames = self._wait(timeout_s)
-        now = self.clock.now_s()
+        if self._listened is not None:
+            self._stop_if_wanted()
+            (now, frames), self._listened = self._listened, None
+        else:
+            frames = self._wait(timeout_s)
+            now = self.clock.now_s()
         self.traffic.note("rx", now, frames)
         for frame in () if self._take_whole(frames, now) else frames:
             try:

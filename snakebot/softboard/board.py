@@ -135,12 +135,17 @@ class SoftBoard:
         return self._register.joint_modes
 
     @property
+    def simulated(self) -> bool:
+        """Whether there are no joints behind the board but simulated ones."""
+        return self._hardware.simulated
+
+    @property
     def plant(self) -> JointPlant:
         """The joints behind the board, for those who may look behind the scenes."""
         return self._plant
 
     def take(self, frames: Sequence[Frame], now_s: float) -> None:
-        """Take all frames that arrive in one read at ``now_s``; what they are answered with comes out of ``advance``."""
+        """Take all frames that arrive in one read at ``now_s``; the answer comes out of ``advance``."""
         if isinstance(frames, Packed):
             t_s = self._run_to(now_s)
             if self._machine.mode is Mode.ARMED:
@@ -398,7 +403,8 @@ class SoftBoard:
 
     def _report(self, t_s: float, counts: Sequence[int | None]) -> None:
         state = self._register.sequence, self._sample, self._machine.mode, self._shows_us(t_s)
-        self._say(self._answers.write(state, counts, self._register.applied_rad, self._plant.pose()))
+        register = self._register
+        self._say(self._answers.write(state, counts, register.servo, register.trim_rad, self._plant.pose()))
         self._sample = (self._sample + 1) & SHORT_MASK
 
     # -- what the board says unasked ---------------------------------------------------------------------------------

@@ -16,16 +16,22 @@ from firmware_protocol.framing import StreamDecoder, pack_all
 from firmware_protocol.whole_tick import SetpointWriter
 from snakebot.robot import Robot
 from snakebot.softboard.board import SoftBoard
+from snakebot.softboard.plant import make_plant
 
 _INTERVAL_S = 0.01  # of set-points: the default rate of a run
 _HOST = 1  # any number but zero
 
 
 class Rehearsal:
-    """The way of a set-point from bytes to bytes, as often as wanted; nothing of it can be seen."""
+    """The way of a set-point from bytes to bytes, as often as wanted; nothing of it can be seen.
 
-    def __init__(self, robot: Robot) -> None:
-        self._board = SoftBoard(robot, plant=_Still(robot.joints))
+    Args:
+        simulated: behind the board whose part is rehearsed are simulated joints: theirs is rehearsed with it.
+    """
+
+    def __init__(self, robot: Robot, *, simulated: bool = False) -> None:
+        plant = make_plant(robot, (), 0, None) if simulated else _Still(robot.joints)
+        self._board = SoftBoard(robot, plant=plant)
         self._decoder = StreamDecoder().quicken()
         self._setpoints = SetpointWriter(robot.joints)
         self._angles_rad = [0.0] * robot.joints

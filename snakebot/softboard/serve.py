@@ -36,7 +36,7 @@ def _serve(board: SoftBoard, link: Link, clock: Clock, stop: threading.Event) ->
     corrupt = 0
     board.advance(clock.now_s())
     answered = False
-    rehearsal = Rehearsal(board.robot)
+    rehearsal = Rehearsal(board.robot, simulated=board.simulated)
     while not stop.is_set():
         try:
             frames = link.receive(QUIET_S if answered else _wait_s(board, clock.now_s()))

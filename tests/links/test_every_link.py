@@ -34,8 +34,8 @@ class FarSide:
         self.inbox: list[Frame] = []
         self.outbox: list[Frame] = []
 
-    def receive(self, frame: Frame, now_s: float) -> None:
-        self.inbox.append(frame)
+    def take(self, frames: Sequence[Frame], now_s: float) -> None:
+        self.inbox += frames
 
     def advance(self, now_s: float) -> list[Frame]:
         said, self.outbox = self.outbox, []

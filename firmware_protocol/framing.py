@@ -89,6 +89,11 @@ class Packed(Sequence[Frame]):
     def __len__(self) -> int:
         return self._count
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and self._unpacked() == list(other)
+
+    __hash__ = None  # type: ignore[assignment]  # as a list
+
     def __iter__(self) -> Iterator[Frame]:
         return iter(self._unpacked())
 

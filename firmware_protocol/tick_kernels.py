@@ -58,18 +58,27 @@ def _mask(length: int) -> int:
 
 @_part
 def _get(payload: int, wire: Any, row: int, field: int) -> int:
-    return (payload >> wire[row, 2 + 2 * field]) & _mask(wire[row, 3 + 2 * field])
+    bits: int = (payload >> wire[row, 2 + 2 * field]) & _mask(wire[row, 3 + 2 * field])
+    return bits
 
 
 @_part
 def _get_signed(payload: int, wire: Any, row: int, field: int) -> int:
-    sign = 1 << (wire[row, 3 + 2 * field] - 1)
+    sign: int = 1 << (wire[row, 3 + 2 * field] - 1)
     return (_get(payload, wire, row, field) ^ sign) - sign
 
 
 @_part
 def _put(value: int, wire: Any, row: int, field: int) -> int:
-    return (value & _mask(wire[row, 3 + 2 * field])) << wire[row, 2 + 2 * field]
+    bits: int = (value & _mask(wire[row, 3 + 2 * field])) << wire[row, 2 + 2 * field]
+    return bits
+
+
+@_part
+def _int(number: Any) -> int:
+    """As int64: an unsigned byte beside one would become a float."""
+    whole: int = np.int64(number)  # type: ignore[assignment]  # the compiler's int
+    return whole
 
 
 @_part
@@ -86,14 +95,14 @@ def _packet(data: Any, at: int, end: int) -> tuple[int, int, int]:
     head, payload, tail = 0, 0, 0  # bytes 0 and 1; the next eight; the last two of a full packet
     size = 0
     while at < end:
-        code = np.int64(data[at])
+        code = _int(data[at])
         stop = at + code
         if stop > end:
             return -1, 0, 0
         at += 1
         while at <= stop:
             if at < stop:
-                byte = np.int64(data[at])
+                byte = _int(data[at])
             elif stop == end or code == 255:
                 break
             else:
@@ -307,12 +316,13 @@ def _emit(out: Any, at: int, identifier: int, payload: int) -> int:
 
 @_part
 def _fits(value: float, ranges: Any, row: int) -> bool:
-    return ranges[row, 2] <= value <= ranges[row, 3]
+    fits: bool = ranges[row, 2] <= value <= ranges[row, 3]
+    return fits
 
 
 @_part
 def _raw(value: float, ranges: Any, row: int) -> int:
-    return np.int64(np.rint((value - ranges[row, 1]) / ranges[row, 0]))
+    return _int(np.rint((value - ranges[row, 1]) / ranges[row, 0]))
 
 
 @njit(_INT64(_OUT, _TABLE, _RANGES, _INT64, _FLOAT64, _FLOATS, _INTS), cache=True)

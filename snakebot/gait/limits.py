@@ -134,6 +134,12 @@ class SlewLimiter:
         self._target = np.zeros(joints)
         self.reset([0.0] * joints)
 
+    @property
+    def applied_rad(self) -> list[float]:
+        """What was executed last, one a joint."""
+        applied: list[float] = self.applied.tolist()
+        return applied
+
     def reset(self, angles_rad: Sequence[float]) -> None:
         """Begin, at rest, from these angles, with the credit of a sender that comes on time."""
         for joint, angle in enumerate(angles_rad):

@@ -162,9 +162,9 @@ class SetpointRegister:
         """Where the servo is to be."""
         joint = self._modes[index]
         if joint.mode is JointMode.ACTIVE:
-            return angle_rad + self.trim_rad[index]
+            return angle_rad + float(self.trim_rad[index])
         if joint.hold_rad is not None:
-            return joint.hold_rad + self.trim_rad[index]
+            return joint.hold_rad + float(self.trim_rad[index])
         return float(self._limiter.applied[index])
 
     def may_go_to(self, index: int, angle_rad: float) -> bool:

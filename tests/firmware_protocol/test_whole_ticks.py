@@ -217,7 +217,10 @@ def test_the_golden_vectors(vector: dict[str, Any]) -> None:
     assert written is not None
     assert [frame.data.hex() for frame in written[0]] == [shown["payload"] for shown in vector["frames"]]
     reader = SetpointReader(len(angles))
-    assert reader.read(written[0].data) == (sequence, pytest.approx(vector["interval_s"]))
+    read = reader.read(written[0].data)
+    assert read is not None
+    assert read[0] == sequence
+    assert read[1] == pytest.approx(vector["interval_s"])
     assert reader.angles_rad.tolist() == pytest.approx(angles, abs=1e-9)
 
 

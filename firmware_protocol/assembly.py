@@ -201,6 +201,11 @@ class SetpointAssembler:
         self._parts: dict[int, _Parts] = {}
         self._wire = _wire()
 
+    @property
+    def idle(self) -> bool:
+        """Nothing is unfinished."""
+        return not self._parts
+
     def reset(self) -> None:
         """Forget what is unfinished."""
         self._parts.clear()
@@ -308,6 +313,11 @@ class SampleAssembler:
         self._groups = groups(joints)
         self._parts: dict[int, _SampleParts] = {}
         self._wire = _wire()
+
+    @property
+    def idle(self) -> bool:
+        """Nothing is unfinished."""
+        return not self._parts
 
     def reset(self) -> None:
         """Forget what is unfinished: the board has rebooted or the link was opened anew."""

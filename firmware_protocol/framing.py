@@ -7,7 +7,8 @@ and ended by one zero byte. Noise of any kind costs at most the packets it touch
 from __future__ import annotations
 
 import binascii
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import overload
 
 from cobs import cobs
 
@@ -40,6 +41,8 @@ def pack(frame: Frame) -> bytes:
 
 def pack_all(frames: Iterable[Frame]) -> bytes:
     """Several frames for one write. A leading zero closes whatever noise stands on the line before them."""
+    if isinstance(frames, Packed):
+        return frames.data if frames.data[:1] == b"\0" else b"\0" + frames.data
     return b"\0" + b"".join(map(pack, frames))
 
 
@@ -63,6 +66,45 @@ def unpack(packet: bytes) -> Frame:
     return Frame(identifier, body[2:-2])
 
 
+class Packed(Sequence[Frame]):
+    """Frames as a serial line carries them; they are unpacked when somebody looks at them.
+
+    Args:
+        data: whole packets, none of them damaged.
+        count: how many.
+    """
+
+    __slots__ = ("_count", "_frames", "data")
+
+    def __init__(self, data: bytes, count: int) -> None:
+        self.data = data
+        self._count = count
+        self._frames: list[Frame] | None = None
+
+    def _unpacked(self) -> list[Frame]:
+        if self._frames is None:
+            self._frames = [unpack(packet) for packet in self.data.split(b"\0") if packet]
+        return self._frames
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and self._unpacked() == list(other)
+
+    __hash__ = None  # type: ignore[assignment]  # as a list
+
+    def __iter__(self) -> Iterator[Frame]:
+        return iter(self._unpacked())
+
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Frame]: ...
+    def __getitem__(self, index: int | slice) -> Frame | Sequence[Frame]:
+        return self._unpacked()[index]
+
+
 class StreamDecoder:
     """Cuts a byte stream into frames. Corrupt packets are counted and dropped; memory stays bounded."""
 
@@ -70,9 +112,23 @@ class StreamDecoder:
         self.corrupt = 0
         self._pending = bytearray()
         self._overlong = False  # inside a run of bytes too long to be a packet: skip to its zero
+        self._count: Callable[[bytes], int] | None = None
 
-    def feed(self, data: bytes) -> list[Frame]:
+    def quicken(self) -> StreamDecoder:
+        """From now on undamaged packets that come in one piece are looked over by compiled code. Returns itself."""
+        from firmware_protocol.tick_kernels import (
+            count,
+        )  # brings the compiler in: only those who run a tick need it
+
+        self._count = count
+        return self
+
+    def feed(self, data: bytes) -> Sequence[Frame]:
         """All frames that ``data`` completes, in order."""
+        if self._count is not None and not (self._pending or self._overlong):
+            whole = self._count(data)
+            if whole > 0:
+                return Packed(data, whole)
         frames: list[Frame] = []
         *complete, rest = data.split(b"\0")
         if complete and (self._pending or self._overlong):

@@ -18,7 +18,7 @@ from firmware_protocol.frame import ProtocolError
 _TOLERANCE = 1e-6  # of a signal's scale: a limit that floating point misses by a hair is met
 
 
-class _Field(NamedTuple):
+class Field(NamedTuple):
     """Where a signal is, and what it may hold; its methods give Python expressions."""
 
     name: str
@@ -61,6 +61,7 @@ class Layout:
 
     Attributes:
         length: of the message, bytes.
+        fields: where each signal is.
         join: the integers on the wire, in the order of ``names``, to bytes; each is cut to its signal's length.
         split: bytes to the integers on the wire.
         unpack: bytes to the values; those without a scale are whole numbers.
@@ -72,22 +73,22 @@ class Layout:
     def __init__(self, definition: DbcMessage, names: Sequence[str]) -> None:
         self.length = definition.length
         self._name = definition.name
-        self._fields = [_field(definition, name) for name in names]
+        self.fields = [_field(definition, name) for name in names]
         values = [f"v{index}" for index in range(len(names))]
-        pairs = list(zip(self._fields, values, strict=True))
+        pairs = list(zip(self.fields, values, strict=True))
         self.join: Callable[..., bytes] = function(values, self.joined(values))
         fits = " and ".join(field.fits(value) for field, value in pairs) or "True"
         packed = _to_bytes([field.into_bits(field.to_raw(value)) for field, value in pairs], self.length)
         self._pack: Callable[..., bytes | None] = function(values, f"{packed} if {fits} else None")
-        raws = [field.out_of_bits() for field in self._fields]
+        raws = [field.out_of_bits() for field in self.fields]
         self.split: Callable[[bytes], list[int]] = _from_bytes(raws)
         self.unpack: Callable[[bytes], list[float]] = _from_bytes(
-            [field.from_raw(raw) for field, raw in zip(self._fields, raws, strict=True)]
+            [field.from_raw(raw) for field, raw in zip(self.fields, raws, strict=True)]
         )
 
     def joined(self, raws: Sequence[str]) -> str:
         """What ``join`` does with these expressions, as an expression."""
-        pairs = zip(self._fields, raws, strict=True)
+        pairs = zip(self.fields, raws, strict=True)
         return _to_bytes([field.into_bits(raw) for field, raw in pairs], self.length)
 
     def pack(self, values: Sequence[float]) -> bytes:
@@ -106,7 +107,7 @@ class Layout:
 
     def _refused(self, values: Sequence[float]) -> ProtocolError:
         """What is wrong with values that do not fit."""
-        for value, field in zip(values, self._fields, strict=True):
+        for value, field in zip(values, self.fields, strict=True):
             name = f"{self._name}: {field.name}"
             try:
                 if not field.low <= value <= field.high:
@@ -117,7 +118,7 @@ class Layout:
         raise AssertionError(f"{self._name}: {values} fit")
 
 
-def _field(definition: DbcMessage, name: str) -> _Field:
+def _field(definition: DbcMessage, name: str) -> Field:
     try:
         signal = definition.get_signal_by_name(name)
     except KeyError:
@@ -134,7 +135,7 @@ def _field(definition: DbcMessage, name: str) -> _Field:
     ):
         raise ProtocolError(f"{definition.name}: {name} is no little-endian integer with a scale and a range")
     slack = 0 if scale == 1 and offset == 0 else abs(scale) * _TOLERANCE
-    return _Field(
+    return Field(
         name, signal.start, signal.length, signal.is_signed, low - slack, high + slack, scale, offset
     )
 

@@ -58,7 +58,7 @@ class Board(BoardConnection):
                 ask_s = now + 0.1
             self._read(min(0.05, deadline - now))
         self.info, self.boot_id = info, info.boot_id
-        self._assembler = SampleAssembler(info.joints)
+        self._assembler, self._reader = SampleAssembler(info.joints), None
         for _ in range(4):
             self.ping()
         others_s = self.clock.now_s() + _ANSWERS_S
@@ -231,7 +231,7 @@ class Board(BoardConnection):
     def send_made(self, made: MadeSetpoint, copies: int = 1) -> None:
         """Send the set-point that was made last. Raises: LostBoardError: the link is gone."""
         self._numbering.sent(made)
-        self._send_frames(made.frames * copies)
+        self._send_frames(made.frames if copies == 1 else [*made.frames] * copies)
 
     def ping(self) -> None:
         """Ask for the board's clock; the answer is taken in by ``poll``."""

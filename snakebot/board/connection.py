@@ -6,12 +6,14 @@ import math
 import secrets
 from collections.abc import Sequence
 from enum import Enum, auto
+from typing import TYPE_CHECKING
 
 from firmware_protocol import catalogue as msg
 from firmware_protocol.assembly import Sample, SampleAssembler, sample_ids
 from firmware_protocol.catalogue import Fault, Message, Mode, Result, StopReason, decode, encode
 from firmware_protocol.checks import out_of_range, said_by_boards
 from firmware_protocol.frame import Frame, ProtocolError
+from firmware_protocol.framing import Packed
 from snakebot.board.boardclock import BoardClock
 from snakebot.board.faults import LATCHED, fault_line
 from snakebot.board.handshake import Handshake
@@ -24,6 +26,9 @@ from snakebot.board.wire_limits import LimitsInForce
 from snakebot.clock import Clock
 from snakebot.errors import BoardFaultError
 from snakebot.links.base import Link
+
+if TYPE_CHECKING:
+    from firmware_protocol.whole_tick import AnswerReader
 
 # A wait for frames is cut into pieces of this length: a stop from another thread, or from a signal handler, is seen
 # between two of them. At 100 Hz and more no wait is longer.
@@ -65,6 +70,7 @@ class BoardConnection:
         self.neighbours = Neighbours(self.host)
         self._assembler: SampleAssembler | None = None
         self._sample_ids = sample_ids()
+        self._reader: AnswerReader | None = None
         self._positions: dict[int, msg.PosePosition] = {}
         self._handshake = Handshake(self.where)
         self._requests = Requests(self.where)
@@ -77,6 +83,7 @@ class BoardConnection:
         self._claim = Claim.NONE
         self._not_ours = 0  # heartbeats in a row that say we do not hold the board that we have armed
         self._stop_wanted: StopReason | None = None
+        self._listened: tuple[float, Sequence[Frame]] | None = None  # come, and not taken in yet
         self._received: list[Received] = []  # read, and not handed out yet
         self._connecting = True
         self._trouble: BoardFaultError | None = None  # found while reading; raised when all is taken in
@@ -94,6 +101,17 @@ class BoardConnection:
     def lossy(self) -> bool:
         """Whether anything has got lost or damaged on this line so far."""
         return self._requests.repeated + self.unreadable + self.link.statistics.corrupt > 0
+
+    def quicken(self) -> None:
+        """From now on whole ticks are written and read by compiled code; the board must be connected."""
+        from firmware_protocol.whole_tick import (
+            AnswerReader,
+        )  # brings the compiler in: only who runs a tick needs it
+
+        assert self.info is not None
+        self.link.quicken()
+        self._numbering.quicken(self.info.joints)
+        self._reader = AnswerReader(self.info.joints)
 
     def emergency_stop(self, reason: StopReason = StopReason.USER) -> None:
         """Send the emergency stop three times over: it is not acknowledged, and no wire is perfect.
@@ -135,12 +153,29 @@ class BoardConnection:
         self.traffic.note("tx", self.clock.now_s(), frames)
         self.link.send(frames)
 
+    def await_answer(self, timeout_s: float) -> None:
+        """Wait up to ``timeout_s`` for the next frames and keep them, with their time, for whatever reads next.
+
+        For a loop that has work to do after a set-point: the processor is the wire's until the answer is here, and the
+        answer does not wait for that work either.
+
+        Raises:
+            LostBoardError: the link is gone.
+            BoardFaultError: a stop was asked for meanwhile.
+        """
+        if self._listened is None and (frames := self._wait(timeout_s)):
+            self._listened = self.clock.now_s(), frames
+
     def _read(self, timeout_s: float) -> None:
         """Take in what comes, all of it; then raise what was found in it."""
-        frames = self._wait(timeout_s)
-        now = self.clock.now_s()
+        if self._listened is not None:
+            self._stop_if_wanted()
+            (now, frames), self._listened = self._listened, None
+        else:
+            frames = self._wait(timeout_s)
+            now = self.clock.now_s()
         self.traffic.note("rx", now, frames)
-        for frame in frames:
+        for frame in () if self._take_whole(frames, now) else frames:
             try:
                 item = self._take_frame(frame, now)
             except ProtocolError:
@@ -154,7 +189,23 @@ class BoardConnection:
         if repeated := self._requests.due(now):
             self._send(repeated)
 
-    def _wait(self, timeout_s: float) -> list[Frame]:
+    def _take_whole(self, frames: Sequence[Frame], now: float) -> bool:
+        """Take in what is one whole answer to a set-point; False: it is not, or something unfinished waits."""
+        if self._reader is None or not isinstance(frames, Packed):
+            return False
+        assert self._assembler is not None
+        answer = self._reader.read(frames.data) if self._assembler.idle else None
+        if answer is None:
+            return False
+        self._heard_s = now
+        reading = self._sampled(answer.sample, now)
+        if reading is not None:
+            self._received.append(reading)
+        if answer.pose is not None:
+            self._received.append(PoseReading(answer.sample.state.sample, *answer.pose))
+        return True
+
+    def _wait(self, timeout_s: float) -> Sequence[Frame]:
         """The frames that come first, after at most so long; a stop that is asked for meanwhile does not wait."""
         deadline_s = self.clock.now_s() + timeout_s
         while True:

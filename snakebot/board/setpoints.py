@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from firmware_protocol.assembly import ANGLE_STEP_RAD, SEQUENCE_MASK, raw_angles, setpoint_frames
 from firmware_protocol.frame import Frame
+
+if TYPE_CHECKING:
+    from firmware_protocol.whole_tick import SetpointWriter
 
 
 class MadeSetpoint(NamedTuple):
@@ -15,7 +18,7 @@ class MadeSetpoint(NamedTuple):
 
     sequence: int
     angles_rad: tuple[float, ...]  # as the wire carries them
-    frames: list[Frame]
+    frames: Sequence[Frame]
 
 
 class Numbering:
@@ -23,6 +26,13 @@ class Numbering:
 
     def __init__(self) -> None:
         self._sent = secrets.randbelow(SEQUENCE_MASK + 1)
+        self._writer: SetpointWriter | None = None
+
+    def quicken(self, joints: int) -> None:
+        """From now on the set-points of so many joints are made by compiled code."""
+        from firmware_protocol.whole_tick import SetpointWriter  # brings the compiler in
+
+        self._writer = SetpointWriter(joints)
 
     def make(self, angles_rad: Sequence[float], interval_s: float) -> MadeSetpoint:
         """The frames of a set-point that follows the one sent last.
@@ -30,7 +40,12 @@ class Numbering:
         Raises:
             ProtocolError: an angle is not a number or beyond what the wire carries.
         """
-        sequence, raw = (self._sent + 1) & SEQUENCE_MASK, raw_angles(angles_rad)
+        sequence = (self._sent + 1) & SEQUENCE_MASK
+        if self._writer is not None:
+            written = self._writer.write(sequence, angles_rad, interval_s)
+            if written is not None:
+                return MadeSetpoint(sequence, written[1], written[0])
+        raw = raw_angles(angles_rad)
         frames = setpoint_frames(sequence, raw, interval_s)
         return MadeSetpoint(sequence, tuple([angle * ANGLE_STEP_RAD for angle in raw]), frames)
 

@@ -18,11 +18,12 @@ class Traffic:
 
     def __init__(self) -> None:
         self.on_frame: FrameListener | None = None
-        self._frames: deque[tuple[str, float, Frame]] = deque(maxlen=_KEPT)
+        self._passed: deque[tuple[str, float, Sequence[Frame]]] = deque(maxlen=_KEPT)  # none without a frame
 
     def note(self, direction: str, now_s: float, frames: Sequence[Frame]) -> None:
         """Frames have passed, "tx" or "rx"."""
-        self._frames.extend([(direction, now_s, frame) for frame in frames])
+        if frames:
+            self._passed.append((direction, now_s, frames))
         if self.on_frame is not None:
             for frame in frames:
                 self.on_frame(direction, now_s, frame)
@@ -30,7 +31,8 @@ class Traffic:
     def lines(self) -> list[str]:
         """The last frames, decoded, oldest first."""
         lines = []
-        for direction, at_s, frame in self._frames:
+        passed = [(way, at_s, frame) for way, at_s, frames in self._passed for frame in frames]
+        for direction, at_s, frame in passed[-_KEPT:]:
             try:
                 text = str(decode(frame))
             except ProtocolError as error:

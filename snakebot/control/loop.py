@@ -40,6 +40,9 @@ from snakebot.robot import Robot
 from snakebot.runlog import records
 from snakebot.steering import Course
 
+LISTEN_SHARE = (
+    0.5  # of the interval: for so long nothing else is done after a set-point, until its answer comes; chosen
+)
 _LAST_ANSWERS_S = 0.02  # listened to after the last tick: nothing feeds the watchdog meanwhile
 GAIT_BLEND_S = 1.0  # a change of gait is spread over this time; chosen
 _POSE_POLL_S = 0.05  # of the wait for a first pose; chosen
@@ -230,6 +233,7 @@ class RunLoop:
     def _meet_watchdog(self) -> None:
         """What depends on what is behind the link, and on how long this board waits for a set-point."""
         self.board.link.check_rate(1.0 / self.interval_s)
+        self.board.quicken()
         waits_s = watchdog_s(self.board, 1.0 / self.interval_s)
         self._lateness = Lateness(self.interval_s, waits_s, self.progress, self._journal)
         self._copies = Copies(
@@ -371,6 +375,13 @@ class RunLoop:
     def _send(self, ready: Ready, t_s: float) -> None:
         now = self.clock.now_s()
         self.board.send_made(ready.made, self._copies.number(now))
+        try:
+            self.board.await_answer(LISTEN_SHARE * self.interval_s)
+        finally:  # it is on its way, whatever is heard
+            self._sent(ready, t_s, now)
+
+    def _sent(self, ready: Ready, t_s: float, now: float) -> None:
+        """Put down what went out at ``now``."""
         self._maker.sent(ready)
         progress = self.progress
         progress.ticks += 1

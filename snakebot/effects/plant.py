@@ -85,12 +85,16 @@ class Plant:
         )
         self._rows = self._chain.params  # modes are written into it
         late = self.stages.late_s
-        self._late = [(float(by_s), late == by_s) for by_s in np.unique(late)]  # joints that are late alike
+        self._late: list[tuple[float, Flags | slice]] = [  # joints that are late alike
+            (float(by_s), slice(None) if (late == by_s).all() else late == by_s) for by_s in np.unique(late)
+        ]
         self._servos = self.stages.servo_filters()
         self._step = math.ceil(t_s / FILTER_STEP_S) - 1  # the last one that the servo filters have seen
-        self._coming: deque[tuple[float, Vector, Flags]] = deque()
+        self._coming: deque[tuple[float, Vector, Flags | slice]] = deque()
         self._free = np.zeros(robot.joints, dtype=bool)
         self._hold = np.full(robot.joints, np.nan)
+        self._all_follow = True  # no joint is free or held
+        self._one_switch_s = np.zeros(1)
         self._first_command_s: float | None = None
         self._torque_nm = np.zeros(robot.joints)
         self._power_w = np.zeros(2)
@@ -116,9 +120,9 @@ class Plant:
         for late_s, joints in self._late:
             self._queue(in_force + late_s, setpoint, joints)
 
-    def _queue(self, in_force_s: float, setpoint_rad: Vector, joints: Flags) -> None:
+    def _queue(self, in_force_s: float, setpoint_rad: Vector, joints: Flags | slice) -> None:
         """What some joints will get, in the order of time; what came first goes first."""
-        later: list[tuple[float, Vector, Flags]] = []
+        later: list[tuple[float, Vector, Flags | slice]] = []
         while self._coming and self._coming[-1][0] > in_force_s:
             later.append(self._coming.pop())
         self._coming.append((in_force_s, setpoint_rad, joints))
@@ -146,6 +150,7 @@ class Plant:
                 self._rows[j, layout.LOCK_RAD] = here if locked else 0.0
             if mode == "active":
                 self._applied[j] = stay[j]
+        self._all_follow = not self._free.any() and bool(np.isnan(self._hold).all())
         self._chain.setpoint[:] = self._driven(self._applied)
 
     def set_torque_limit(self, joint: int, limit_nm: float) -> None:
@@ -171,6 +176,9 @@ class Plant:
             out = self._chain.go_to(
                 t_s, *self._followed(t_s, np.array(times), np.vstack(table)), since_s=since
             )
+        elif len(times) == 1:
+            self._one_switch_s[0] = times[0]
+            out = self._chain.go_to(t_s, self._one_switch_s, table[0].reshape(1, -1), since_s=since)
         elif times:
             out = self._chain.go_to(t_s, np.array(times), np.array(table), since_s=since)
         else:
@@ -194,6 +202,8 @@ class Plant:
 
     def _driven(self, setpoint: Vector) -> Vector:
         """What the servos are given for a set-point, joint modes obeyed."""
+        if self._all_follow:
+            return setpoint.copy()
         held = np.where(np.isnan(self._hold), setpoint, self._hold)
         return np.where(self._free, np.nan, held)
 

@@ -105,6 +105,10 @@ class SlewLimiter:
     Args:
         angle_rad, speed_rad_s, acceleration_rad_s2: the limits, one a joint.
         slack_rad: how far rounding may take a set-point from a path within the limits.
+
+    Attributes:
+        wanted: (joints,) the set-point that ``execute_wanted`` takes, rad.
+        applied: (joints,) what was executed last, rad.
     """
 
     def __init__(
@@ -125,12 +129,19 @@ class SlewLimiter:
         self._slack_rad = slack_rad
         joints = len(angle_rad)
         self._paths = np.zeros((joints, slew.PATH))
-        self._wanted, self._target, self._applied = np.zeros(joints), np.zeros(joints), np.zeros(joints)
+        self.wanted: Floats = np.zeros(joints)
+        self.applied: Floats = np.zeros(joints)
+        self._target = np.zeros(joints)
         self.reset([0.0] * joints)
+
+    @property
+    def applied_rad(self) -> list[float]:
+        """What was executed last, one a joint."""
+        applied: list[float] = self.applied.tolist()
+        return applied
 
     def reset(self, angles_rad: Sequence[float]) -> None:
         """Begin, at rest, from these angles, with the credit of a sender that comes on time."""
-        self.applied_rad = [0.0] * len(self._applied)
         for joint, angle in enumerate(angles_rad):
             self.follow(joint, angle)
         self._credit_s = CREDIT_SLACK_S
@@ -143,9 +154,9 @@ class SlewLimiter:
         """
         self._credit_s = min(self._credit_s + elapsed_s, CREDIT_SLACK_S)
         self._dt_before_s = 0.0
-        self._target[:] = self._applied
+        self._target[:] = self.applied
         slow, fast = self._paths[:, 0].copy(), self._paths[:, 2].copy()
-        nearer = np.where(np.abs(slow - self._applied) <= np.abs(fast - self._applied), slow, fast)
+        nearer = np.where(np.abs(slow - self.applied) <= np.abs(fast - self.applied), slow, fast)
         self._paths[:] = 0.0
         self._paths[:, 0] = self._paths[:, 2] = nearer
 
@@ -163,26 +174,26 @@ class SlewLimiter:
         Returns:
             What is executed and how many joints a limit changed, or None if the set-point comes too early.
         """
+        self.wanted[:] = target_rad
+        clamped = self.execute_wanted(interval_s, gap, elapsed_s)
+        return None if clamped is None else (tuple(self.applied.tolist()), clamped)
+
+    def execute_wanted(self, interval_s: float, gap: int, elapsed_s: float) -> int | None:
+        """``execute`` for who has put the set-point into ``wanted`` and finds in ``applied`` what is executed."""
         declared = interval_s * min(max(gap, 1), MAX_GAP)
         credit = min(self._credit_s + elapsed_s, declared + CREDIT_SLACK_S)
         dt = min(declared, credit)
         if dt < MIN_INTERVAL_S:
             return None
         self._credit_s = credit - dt
-        clamped = self._step(target_rad, dt)
-        return tuple(self.applied_rad), clamped
-
-    def _step(self, target_rad: Sequence[float], dt_s: float) -> int:
-        self._wanted[:] = target_rad
         clamped = self._compiled_step(
-            self._wanted, dt_s, self._dt_before_s or dt_s, self._slack_rad, WIRE_STEP_RAD / 2,
-            self._limits, self._paths, self._target, self._applied,
+            self.wanted, dt, self._dt_before_s or dt, self._slack_rad, WIRE_STEP_RAD / 2,
+            self._limits, self._paths, self._target, self.applied,
         )  # fmt: skip
-        self._dt_before_s = dt_s
-        self.applied_rad = self._applied.tolist()
+        self._dt_before_s = dt
         return int(clamped)
 
     def follow(self, joint: int, angle_rad: float) -> None:
         """A joint without power: its register follows where the joint is."""
-        self.applied_rad[joint] = self._applied[joint] = self._target[joint] = angle_rad
+        self.applied[joint] = self._target[joint] = angle_rad
         self._paths[joint] = angle_rad, 0.0, angle_rad, 0.0  # at rest, the slowest as the fastest

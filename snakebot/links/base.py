@@ -42,7 +42,7 @@ class Link(ABC):
         """Hand all frames to the wire in one write."""
 
     @abstractmethod
-    def receive(self, timeout_s: float) -> list[Frame]:
+    def receive(self, timeout_s: float) -> Sequence[Frame]:
         """Wait up to ``timeout_s`` for the first frame, then return all that are there, in order."""
 
     @abstractmethod
@@ -63,6 +63,9 @@ class Link(ABC):
         Raises:
             BadInputError: what is behind this link cannot keep that rate.
         """
+
+    def quicken(self) -> None:  # noqa: B027 - most have nothing to gain
+        """Called before a run: from now on what each tick needs is done by compiled code, where there is any."""
 
     def warnings(self) -> Sequence[str]:
         """What whoever is about to move the joints should read, a line each."""

@@ -8,6 +8,7 @@ from time import monotonic
 from typing import Protocol
 
 from firmware_protocol.frame import Frame
+from firmware_protocol.framing import StreamDecoder
 from snakebot.errors import LostBoardError
 from snakebot.links.base import Link
 from snakebot.links.stream import Stream
@@ -18,7 +19,7 @@ class Decoder(Protocol):
 
     corrupt: int
 
-    def feed(self, data: bytes) -> list[Frame]: ...
+    def feed(self, data: bytes) -> Sequence[Frame]: ...
 
 
 class StreamLink(Link):
@@ -75,7 +76,7 @@ class StreamLink(Link):
             raise self._lost(error) from None
         self.statistics.bytes_sent += len(data)
 
-    def receive(self, timeout_s: float) -> list[Frame]:
+    def receive(self, timeout_s: float) -> Sequence[Frame]:
         """All frames that are there, after at most ``timeout_s``.
 
         Raises:
@@ -98,6 +99,10 @@ class StreamLink(Link):
             timeout_s = deadline_s - monotonic()  # half a packet has come, or nothing
             if timeout_s <= 0:
                 return []
+
+    def quicken(self) -> None:
+        if isinstance(self._decoder, StreamDecoder):
+            self._decoder.quicken()
 
     def close(self) -> None:
         if not self._closed:

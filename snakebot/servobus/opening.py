@@ -196,7 +196,7 @@ class ServoLink(InProcessLink):
             self.servo_board.close()
         super().close()
 
-    def _collect(self, now_s: float) -> list[Frame]:
+    def _collect(self, now_s: float) -> Sequence[Frame]:
         frames = super()._collect(now_s)
         self._check()  # a line that was lost just now is a lost board, not the fault that the board tells of it
         return frames

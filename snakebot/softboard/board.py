@@ -23,6 +23,8 @@ from firmware_protocol.catalogue import (
     frame_id,
 )
 from firmware_protocol.frame import Frame, ProtocolError
+from firmware_protocol.framing import Packed
+from firmware_protocol.whole_tick import AnswerWriter
 from snakebot.robot import Robot
 from snakebot.softboard import reports
 from snakebot.softboard.buildable import check_board
@@ -31,8 +33,7 @@ from snakebot.softboard.hardware import Hardware, HardwareFault
 from snakebot.softboard.modes import WATCHDOG_MS, Expiry, ModeMachine
 from snakebot.softboard.ownclock import OwnClock
 from snakebot.softboard.plant import JointPlant, make_plant
-from snakebot.softboard.register import SetpointRegister
-from snakebot.softboard.sample import frames_of
+from snakebot.softboard.register import SetpointRegister, Tick
 
 BEAT_S = 0.1  # heartbeats, and samples while nothing streams
 COUNTERS_S = 1.0  # counters come once a second (PROTOCOL.md)
@@ -89,7 +90,8 @@ class SoftBoard:
         self._trim_rad = [0.0] * robot.joints
         self._zero_counts = [0] * robot.joints
         self._free: list[bool | None] = [None] * robot.joints  # as the plant was told
-        self._outbox: list[Frame] = []
+        self._outbox: Sequence[Frame] = []
+        self._answers = AnswerWriter(robot.joints)
         self._clock: OwnClock | None = None
         self._t_s = 0.0  # on the board's clock since its reset, at ``_now_s``
         self._start_s = 0.0  # when the plant's time began
@@ -133,9 +135,27 @@ class SoftBoard:
         return self._register.joint_modes
 
     @property
+    def simulated(self) -> bool:
+        """Whether there are no joints behind the board but simulated ones."""
+        return self._hardware.simulated
+
+    @property
     def plant(self) -> JointPlant:
         """The joints behind the board, for those who may look behind the scenes."""
         return self._plant
+
+    def take(self, frames: Sequence[Frame], now_s: float) -> None:
+        """Take all frames that arrive in one read at ``now_s``; the answer comes out of ``advance``."""
+        if isinstance(frames, Packed):
+            t_s = self._run_to(now_s)
+            if self._machine.mode is Mode.ARMED:
+                whole = self._register.read_whole(frames.data)
+                if whole is not None:
+                    self._received += len(frames)
+                    self._execute(whole[0], t_s)
+                    return
+        for frame in frames:
+            self.receive(frame, now_s)
 
     def receive(self, frame: Frame, now_s: float) -> None:
         """Take one frame that arrives at ``now_s``; what it is answered with comes out of ``advance``."""
@@ -156,7 +176,7 @@ class SoftBoard:
         if handler is not None:
             handler(message, t_s)
 
-    def advance(self, now_s: float) -> list[Frame]:
+    def advance(self, now_s: float) -> Sequence[Frame]:
         """Do what is due until ``now_s``; all frames that the board has sent since the last call."""
         self._run_to(now_s)
         sent, self._outbox = self._outbox, []
@@ -322,7 +342,9 @@ class SoftBoard:
         if self._machine.mode is not Mode.ARMED:
             self._register.refuse(decode(frame))
             return
-        tick = self._register.assemble(frame)
+        self._execute(self._register.assemble(frame), t_s)
+
+    def _execute(self, tick: Tick | None, t_s: float) -> None:
         if tick is None:
             return
         self._go_on(self._now_s)
@@ -380,8 +402,9 @@ class SoftBoard:
         return counts
 
     def _report(self, t_s: float, counts: Sequence[int | None]) -> None:
-        state = msg.State(self._register.sequence, self._sample, self._machine.mode, self._shows_us(t_s))
-        self._outbox += frames_of(state, counts, self._register.applied_rad, self._plant.pose())
+        state = self._register.sequence, self._sample, self._machine.mode, self._shows_us(t_s)
+        register = self._register
+        self._say(self._answers.write(state, counts, register.servo, register.trim_rad, self._plant.pose()))
         self._sample = (self._sample + 1) & SHORT_MASK
 
     # -- what the board says unasked ---------------------------------------------------------------------------------
@@ -400,4 +423,7 @@ class SoftBoard:
         self._send(*reports.identity(*who, simulated=self._hardware.simulated), *self._configuration.limits())
 
     def _send(self, *messages: Message) -> None:
-        self._outbox += [encode(message) for message in messages]
+        self._say([encode(message) for message in messages])
+
+    def _say(self, frames: Sequence[Frame]) -> None:
+        self._outbox = [*self._outbox, *frames] if self._outbox else frames

@@ -51,7 +51,7 @@ class PtyEnd(Link):
         os.set_blocking(self._master, False)
         self.path = os.ttyname(self._slave)
         super().__init__(f"serial:{self.path}", math.inf)
-        self._decoder = StreamDecoder()
+        self._decoder = StreamDecoder().quicken()
         self._waiting = 0  # bytes on their way to the host after the last write
         self._read_s = time.monotonic()  # when somebody last took bytes
 
@@ -62,7 +62,7 @@ class PtyEnd(Link):
     def _pack(self, frames: Sequence[Frame]) -> bytes:
         return pack_all(frames)
 
-    def _unpack(self, data: bytes) -> list[Frame]:
+    def _unpack(self, data: bytes) -> Sequence[Frame]:
         frames = self._decoder.feed(data)
         self.statistics.corrupt = self._decoder.corrupt
         return frames
@@ -88,7 +88,7 @@ class PtyEnd(Link):
             self._read_s = now_s
         return now_s - self._read_s
 
-    def receive(self, timeout_s: float) -> list[Frame]:
+    def receive(self, timeout_s: float) -> Sequence[Frame]:
         self._unread_for_s()  # looked at here, where nobody waits for an answer
         select.select([self._master], [], [], max(timeout_s, 0.0))
         try:
@@ -162,8 +162,12 @@ class TcpEnd(Link):
             if not whole:  # gone, or it has not read for megabytes
                 self._dismiss(host)
 
-    def receive(self, timeout_s: float) -> list[Frame]:
+    def receive(self, timeout_s: float) -> Sequence[Frame]:
         ready, _, _ = select.select([self._door, *self._hosts], [], [], max(timeout_s, 0.0))
+        if len(ready) == 1 and ready[0] is not self._door:  # as they came: nobody need look at each
+            alone = self._listen(ready[0])
+            self.statistics.received += len(alone)
+            return alone
         frames: list[Frame] = []
         for end in ready:
             if end in self._hosts:
@@ -173,7 +177,7 @@ class TcpEnd(Link):
         self.statistics.received += len(frames)
         return frames
 
-    def _listen(self, host: socket.socket) -> list[Frame]:
+    def _listen(self, host: socket.socket) -> Sequence[Frame]:
         heard = self._hear(host)
         self._pass_on(host, heard)
         return heard
@@ -184,7 +188,7 @@ class TcpEnd(Link):
         if others and (heard := [frame for frame in frames if frame.id in self._setpoint_ids]):
             self._post(others, pack_all(heard))
 
-    def _admit(self) -> list[Frame]:
+    def _admit(self) -> Sequence[Frame]:
         """Let in who waits at the door. Returns what the newcomers have said already, and last words of who goes."""
         frames: list[Frame] = []
         with contextlib.suppress(OSError):  # nobody is left, or has gone again
@@ -192,13 +196,13 @@ class TcpEnd(Link):
                 host, _ = self._door.accept()
                 host.setblocking(False)
                 host.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                self._hosts[host] = _Host(StreamDecoder(), time.monotonic())
+                self._hosts[host] = _Host(StreamDecoder().quicken(), time.monotonic())
                 frames += self._listen(host)
                 if len(self._hosts) > _MAX_HOSTS:
                     frames += self._make_room()
         return frames
 
-    def _make_room(self) -> list[Frame]:
+    def _make_room(self) -> Sequence[Frame]:
         """One host goes. What any of them has said by now counts for it, and is heard."""
         frames = [frame for host in list(self._hosts) if host in self._hosts for frame in self._listen(host)]
         if len(self._hosts) > _MAX_HOSTS:
@@ -206,7 +210,7 @@ class TcpEnd(Link):
             self._dismiss(min(self._hosts, key=lambda host: self._hosts[host].standing(now_s)))
         return frames
 
-    def _hear(self, host: socket.socket) -> list[Frame]:
+    def _hear(self, host: socket.socket) -> Sequence[Frame]:
         try:
             data = host.recv(_CHUNK)
         except BlockingIOError:

@@ -50,8 +50,8 @@ class InProcessLink(Link):
         self._about = dict(about or {})
         self._to_board = to_board
         self._to_host = to_host
-        self._board_side = StreamDecoder()
-        self._host_side = StreamDecoder()
+        self._board_side = StreamDecoder().quicken()
+        self._host_side = StreamDecoder().quicken()
         self._plugged = True
 
     def about(self) -> Mapping[str, object]:
@@ -71,11 +71,10 @@ class InProcessLink(Link):
         self.statistics.bytes_sent += len(data)
         now_s = self.clock.now_s()
         corrupt = self._board_side.corrupt
-        for frame in self._board_side.feed(self._to_board(data)):
-            self.board.receive(frame, now_s)
+        self.board.take(self._board_side.feed(self._to_board(data)), now_s)
         self.board.note_corrupt(self._board_side.corrupt - corrupt)
 
-    def receive(self, timeout_s: float) -> list[Frame]:
+    def receive(self, timeout_s: float) -> Sequence[Frame]:
         self._check()
         now_s = self.clock.now_s()
         deadline_s = now_s + timeout_s
@@ -87,7 +86,7 @@ class InProcessLink(Link):
             self.clock.sleep_until(min(self.board.next_event_s, deadline_s))
             now_s = self.clock.now_s()
 
-    def _collect(self, now_s: float) -> list[Frame]:
+    def _collect(self, now_s: float) -> Sequence[Frame]:
         said = self.board.advance(now_s)
         if not said:
             return []

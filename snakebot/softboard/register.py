@@ -9,9 +9,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from firmware_protocol.assembly import ANGLE_STEP_RAD, SEQUENCE_MASK, SetpointAssembler
 from firmware_protocol.catalogue import JointMode, Latch, LimitKind, Message
 from firmware_protocol.frame import Frame
+from firmware_protocol.whole_tick import SetpointReader
 from snakebot.arrays import Floats
 from snakebot.gait.limits import SlewLimiter
 
@@ -30,7 +33,7 @@ class Tick(NamedTuple):
     sequence: int
     step: int  # of the sequence number since the set-point executed before; 1 at the first
     interval_s: float
-    angles_rad: tuple[float, ...]
+    angles_rad: Sequence[float] | Floats
 
 
 class SetpointRegister:
@@ -56,11 +59,13 @@ class SetpointRegister:
         self.clamped = 0
         self._refused = 0
         self._assembler = SetpointAssembler(self.joints)
+        self._reader = SetpointReader(self.joints)
         self._limiter = SlewLimiter(*self._built_in)
         self._modes = [_Joint() for _ in range(self.joints)]
         self._all_active = True
-        self._trim_rad = list(trim_rad) or [0.0] * self.joints  # in force: as stored when it got power last
-        self._limiter.reset(self._trim_rad)
+        # In force: as stored when it got power last.
+        self.trim_rad: Floats = np.array(trim_rad or [0.0] * self.joints, dtype=np.float64)
+        self._limiter.reset(self.trim_rad.tolist())
         self._first = True  # since arming
         self._executed_s = 0.0  # or armed, or reset
 
@@ -72,13 +77,17 @@ class SetpointRegister:
     @property
     def servo_rad(self) -> tuple[float, ...]:
         """What the servos are told now: after the limits, with their trims."""
-        return tuple(self._limiter.applied_rad)
+        return tuple(self._limiter.applied.tolist())
+
+    @property
+    def servo(self) -> Floats:
+        """``servo_rad`` as the (joints,) array that goes with it; not to be changed."""
+        return self._limiter.applied
 
     @property
     def applied_rad(self) -> tuple[float, ...]:
         """The same in joint angles."""
-        angles = zip(self._limiter.applied_rad, self._trim_rad, strict=True)
-        return tuple([angle - trim for angle, trim in angles])
+        return tuple((self._limiter.applied - self.trim_rad).tolist())
 
     @property
     def joint_modes(self) -> tuple[JointMode, ...]:
@@ -93,11 +102,11 @@ class SetpointRegister:
 
     def follow(self, joint: int, measured_rad: float) -> None:
         """A joint without power (counted from 0): its angle in the register is the measured one."""
-        self._limiter.follow(joint, measured_rad + self._trim_rad[joint])
+        self._limiter.follow(joint, measured_rad + self.trim_rad[joint])
 
     def put_trim_in_force(self, joint: int, trim_rad: float) -> None:
         """A joint (from 0) gets power. Its servo is told the same as before: the change is made under the limits."""
-        self._trim_rad[joint] = trim_rad
+        self.trim_rad[joint] = trim_rad
 
     def refuse(self, message: Message) -> None:
         """A part of a set-point in a mode that drops them; the latch stands for all its frames."""
@@ -113,30 +122,39 @@ class SetpointRegister:
         if complete is None:
             return None
         latch, angles_rad = complete
-        step = (latch.sequence - self.sequence) & SEQUENCE_MASK
+        return self._newer(latch.sequence, latch.interval_s, angles_rad)
+
+    def read_whole(self, data: bytes) -> tuple[Tick | None] | None:
+        """The same for bytes that are one whole set-point; None: they are not, and ``assemble`` takes their frames."""
+        whole = self._reader.read(data) if self._assembler.idle else None
+        return None if whole is None else (self._newer(*whole, self._reader.angles_rad),)
+
+    def _newer(self, sequence: int, interval_s: float, angles_rad: Sequence[float] | Floats) -> Tick | None:
+        step = (sequence - self.sequence) & SEQUENCE_MASK
         if self._first:
             step = 1
         elif not 0 < step < _HALF:
             self._refused += 1
             return None
-        return Tick(latch.sequence, step, latch.interval_s, angles_rad)
+        return Tick(sequence, step, interval_s, angles_rad)
 
     def execute(self, tick: Tick, t_s: float) -> bool:
         """Move ``applied_rad`` towards the set-point as far as the limits let it; False if it comes too early."""
+        limiter = self._limiter
         if self._all_active:
-            targets = [angle + trim for angle, trim in zip(tick.angles_rad, self._trim_rad, strict=True)]
+            np.add(tick.angles_rad, self.trim_rad, out=limiter.wanted)
         else:
-            targets = [self._target(index, angle_rad) for index, angle_rad in enumerate(tick.angles_rad)]
-        executed = self._limiter.execute(targets, tick.interval_s, tick.step, t_s - self._executed_s)
-        if executed is None:
+            limiter.wanted[:] = [self._target(index, angle) for index, angle in enumerate(tick.angles_rad)]
+        changed = limiter.execute_wanted(tick.interval_s, tick.step, t_s - self._executed_s)
+        if changed is None:
             self._refused += 1
             return False
         self._first = False
         self._executed_s = t_s
         self.sequence = tick.sequence
-        self.clamped += executed[1] > 0 and any(
+        self.clamped += changed > 0 and any(
             joint.mode is JointMode.ACTIVE and abs(now - wanted) > ANGLE_STEP_RAD / 2
-            for joint, now, wanted in zip(self._modes, executed[0], targets, strict=True)
+            for joint, now, wanted in zip(self._modes, limiter.applied, limiter.wanted, strict=True)
         )
         return True
 
@@ -144,10 +162,10 @@ class SetpointRegister:
         """Where the servo is to be."""
         joint = self._modes[index]
         if joint.mode is JointMode.ACTIVE:
-            return angle_rad + self._trim_rad[index]
+            return angle_rad + float(self.trim_rad[index])
         if joint.hold_rad is not None:
-            return joint.hold_rad + self._trim_rad[index]
-        return self._limiter.applied_rad[index]
+            return joint.hold_rad + float(self.trim_rad[index])
+        return float(self._limiter.applied[index])
 
     def may_go_to(self, index: int, angle_rad: float) -> bool:
         """The angle is within the joint's limit, to half a step of the wire."""

@@ -10,23 +10,31 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from firmware_protocol.assembly import SEQUENCE_MASK, setpoint_frames
+from firmware_protocol.assembly import SEQUENCE_MASK
 from firmware_protocol.catalogue import Mode, ModeRequest, encode
 from firmware_protocol.framing import StreamDecoder, pack_all
+from firmware_protocol.whole_tick import SetpointWriter
 from snakebot.robot import Robot
 from snakebot.softboard.board import SoftBoard
+from snakebot.softboard.plant import make_plant
 
 _INTERVAL_S = 0.01  # of set-points: the default rate of a run
 _HOST = 1  # any number but zero
 
 
 class Rehearsal:
-    """The way of a set-point from bytes to bytes, as often as wanted; nothing of it can be seen."""
+    """The way of a set-point from bytes to bytes, as often as wanted; nothing of it can be seen.
 
-    def __init__(self, robot: Robot) -> None:
-        self._board = SoftBoard(robot, plant=_Still(robot.joints))
-        self._decoder = StreamDecoder()
-        self._raw = [0] * robot.joints
+    Args:
+        simulated: behind the board whose part is rehearsed are simulated joints: theirs is rehearsed with it.
+    """
+
+    def __init__(self, robot: Robot, *, simulated: bool = False) -> None:
+        plant = make_plant(robot, (), 0, None) if simulated else _Still(robot.joints)
+        self._board = SoftBoard(robot, plant=plant)
+        self._decoder = StreamDecoder().quicken()
+        self._setpoints = SetpointWriter(robot.joints)
+        self._angles_rad = [0.0] * robot.joints
         self._ticks = 0
         self._board.receive(encode(ModeRequest(0, Mode.ARMED, _HOST)), 0.0)
 
@@ -34,9 +42,9 @@ class Rehearsal:
         """Take one set-point; the number of bytes of the answer."""
         self._ticks += 1
         now_s = self._ticks * _INTERVAL_S
-        frames = setpoint_frames(self._ticks & SEQUENCE_MASK, self._raw, _INTERVAL_S)
-        for frame in self._decoder.feed(pack_all(frames)):
-            self._board.receive(frame, now_s)
+        written = self._setpoints.write(self._ticks & SEQUENCE_MASK, self._angles_rad, _INTERVAL_S)
+        assert written is not None
+        self._board.take(self._decoder.feed(pack_all(written[0])), now_s)
         return len(pack_all(self._board.advance(now_s)))
 
 

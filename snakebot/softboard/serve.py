@@ -36,7 +36,7 @@ def _serve(board: SoftBoard, link: Link, clock: Clock, stop: threading.Event) ->
     corrupt = 0
     board.advance(clock.now_s())
     answered = False
-    rehearsal = Rehearsal(board.robot)
+    rehearsal = Rehearsal(board.robot, simulated=board.simulated)
     while not stop.is_set():
         try:
             frames = link.receive(QUIET_S if answered else _wait_s(board, clock.now_s()))
@@ -44,8 +44,7 @@ def _serve(board: SoftBoard, link: Link, clock: Clock, stop: threading.Event) ->
             frames = []
             stop.wait(_NO_WIRE_S)
         now_s = clock.now_s()
-        for frame in frames:
-            board.receive(frame, now_s)
+        board.take(frames, now_s)
         board.note_corrupt(link.statistics.corrupt - corrupt)
         corrupt = link.statistics.corrupt
         said = board.advance(now_s)

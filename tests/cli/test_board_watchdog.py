@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import pytest
 
@@ -43,7 +43,7 @@ def sim(*options: str) -> tuple[int, str]:
     return int(ended.value.code or 0), said.getvalue()
 
 
-def heard(frames: list[Frame], kind: type[msg.Message]) -> list[msg.Message]:
+def heard(frames: Sequence[Frame], kind: type[msg.Message]) -> list[msg.Message]:
     return [message for message in map(decode, frames) if isinstance(message, kind)]
 
 

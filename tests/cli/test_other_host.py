@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,7 @@ def test_another_host_stands_in_the_log_and_on_the_terminal(
         receive = link.receive
         beats = iter(range(65536))
 
-        def hear(timeout_s: float) -> list[Frame]:
+        def hear(timeout_s: float) -> Sequence[Frame]:
             frames = receive(timeout_s)
             return [*frames, encode(HostHeartbeat(0xBEEF, next(beats)))] if frames else frames
 

@@ -179,7 +179,7 @@ def test_a_stop_is_repeated_until_it_gets_there(stop: Stop) -> None:
     class Lossy(TcpEnd):
         heard = 0
 
-        def receive(self, timeout_s: float) -> list[Frame]:
+        def receive(self, timeout_s: float) -> Sequence[Frame]:
             frames = super().receive(timeout_s)
             self.heard += len(frames)
             return frames if self.heard > 12 else []

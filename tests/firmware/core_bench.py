@@ -79,7 +79,7 @@ class CoreBench:
         length = self.library.bench_take(self._buffer)
         return bytes(self._buffer[:length])
 
-    def said(self) -> list[Frame]:
+    def said(self) -> Sequence[Frame]:
         frames = self._decoder.feed(self.take())
         assert self._decoder.corrupt == 0
         return frames
@@ -153,7 +153,7 @@ class CoreLink(Link):
         self.bench.step(self.clock.now_s())
         self.bench.serial(data)
 
-    def receive(self, timeout_s: float) -> list[Frame]:
+    def receive(self, timeout_s: float) -> Sequence[Frame]:
         now_s = self.clock.now_s()
         deadline_s = now_s + timeout_s
         while True:

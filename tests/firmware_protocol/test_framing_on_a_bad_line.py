@@ -119,7 +119,7 @@ def test_what_gets_through_a_very_bad_line_was_sent() -> None:
             for _ in range(noise.randrange(1, 5)):
                 packet[noise.randrange(len(packet))] = noise.randrange(256)
         position = noise.randrange(len(packet))
-        received += decoder.feed(bytes(packet[:position])) + decoder.feed(bytes(packet[position:]))
+        received += [*decoder.feed(bytes(packet[:position])), *decoder.feed(bytes(packet[position:]))]
     wrong = [frame for frame in received if frame not in sent]
     assert len(wrong) <= 3
     assert len(received) > 0.4 * 20_000

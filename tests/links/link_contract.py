@@ -107,7 +107,7 @@ class LinkContract(ABC):
         back = frames_of(FROM_BOARD, 9)
         wire.board.send(back[:4])
         wire.board.send(back[4:])
-        received = wire.host.receive(LONG_S)
+        received = [*wire.host.receive(LONG_S)]
         if len(received) < len(back):  # still on its way
             received += collect(wire.host, len(back) - len(received))
         assert received == back

@@ -34,8 +34,8 @@ class FarSide:
         self.inbox: list[Frame] = []
         self.outbox: list[Frame] = []
 
-    def receive(self, frame: Frame, now_s: float) -> None:
-        self.inbox.append(frame)
+    def take(self, frames: Sequence[Frame], now_s: float) -> None:
+        self.inbox += frames
 
     def advance(self, now_s: float) -> list[Frame]:
         said, self.outbox = self.outbox, []
@@ -216,7 +216,7 @@ def test_a_loop_url_hears_itself() -> None:
     with open_link("loop://") as link:
         frames = [Frame(16, bytes(range(8))), Frame(17, b"")]
         link.send(frames)
-        assert link.receive(5.0) + link.receive(0.1) == frames
+        assert [*link.receive(5.0), *link.receive(0.1)] == frames
 
 
 def test_noise_on_a_serial_line_is_counted_and_dropped() -> None:

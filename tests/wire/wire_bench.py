@@ -91,7 +91,7 @@ class WireLink(InProcessLink):
             self.before()
         super().send(frames)
 
-    def receive(self, timeout_s: float) -> list[Frame]:
+    def receive(self, timeout_s: float) -> Sequence[Frame]:
         if self.before is not None:
             self.before()
         return super().receive(timeout_s)

@@ -10,7 +10,7 @@ from snakebot.diagnosis.result import Cause, Estimate
 from snakebot.diagnosis.verdict.at_end import MOST_AT_END, at_end, held_back
 
 
-def cause(effect: str, probability: float = 0.9, **parameters: Estimate) -> Cause:
+def cause(effect: str, parameters: dict[str, Estimate], probability: float = 0.9) -> Cause:
     return Cause(
         effect=effect,
         joints=(1,),
@@ -22,7 +22,7 @@ def cause(effect: str, probability: float = 0.9, **parameters: Estimate) -> Caus
 
 
 def test_a_limit_of_speed_of_next_to_nothing_is_told_and_held_back() -> None:
-    stuck = cause("rate_limit", limit_rad_s=Estimate(estimate=0.05, ci95=(0.05, 0.08)))
+    stuck = cause("rate_limit", {"limit_rad_s": Estimate(estimate=0.05, ci95=(0.05, 0.08))})
     assert "at the end of what it may be" in (at_end(stuck) or "")
     assert held_back(stuck).probability == MOST_AT_END
 
@@ -39,13 +39,13 @@ def test_a_limit_of_speed_of_next_to_nothing_is_told_and_held_back() -> None:
     ],
 )
 def test_others_are_left_as_they_are(effect: str, name: str, estimate: Estimate) -> None:
-    sound = cause(effect, **{name: estimate})
+    sound = cause(effect, {name: estimate})
     assert at_end(sound) is None
     assert held_back(sound) == sound
 
 
 def test_less_probability_is_not_raised() -> None:
-    stuck = cause("rate_limit", 0.1, limit_rad_s=Estimate(estimate=0.05, ci95=(0.05, 0.08)))
+    stuck = cause("rate_limit", {"limit_rad_s": Estimate(estimate=0.05, ci95=(0.05, 0.08))}, 0.1)
     assert held_back(stuck).probability == 0.1
 
 

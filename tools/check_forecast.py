@@ -3,9 +3,9 @@
     python tools/check_forecast.py --cases 14
     python tools/check_forecast.py --engine second --seed 2 --cases 21 --keep build/forecasts
 
-``--engine own``: robots of snakebot's own simulation with one effect, of the diagnosis's set for tuning, and five recorded
-gaits. ``--engine second``: robots of the blind check's engine, which shares no code with the product, with one or two
-faults, from recordings as a lab makes them; seeds from 5 on are for scoring.
+``--engine own``: robots of snakebot's own simulation with one effect, of the diagnosis's set for tuning, and five
+recorded gaits. ``--engine second``: robots of the blind check's engine, which shares no code with the product, with one
+or two faults, from recordings as a lab makes them; seeds from 5 on are for scoring.
 
 Each robot is diagnosed; four gaits that were not recorded are predicted by the stated description (before) and by the
 calibrated one (after). Printed: the share of figures within their 95 % bands, the width of the bands over the true
@@ -99,7 +99,7 @@ def second(seed: int, number: int, folder: Path) -> Subject:
 
 
 def second_figures(parameters: Parameters, motion: GaitMotion, span_s: tuple[float, float]) -> Floats:
-    """(3,) of a robot of the second engine, read by perfect sensors: the way along the heading over time, the power that
+    """(3,) of a robot of the second engine, read by perfect sensors: the way over time, the power that
     the ground takes (over whole cycles what the joints put in), set-point less reading.
     """
     rows = round(motion.duration_s * 100) + 1

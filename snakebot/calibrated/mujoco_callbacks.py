@@ -26,12 +26,12 @@ the last activation is the motor's angle, put forward by damper over spring time
 against the motor's speed and not against rest.
 
 A motor with a limit of torque, or a line, drives a stiff joint until it meets it. Then the joint hangs on a softer
-spring (weak_nm_rad, weak_nm_s_rad) that knows what the joint had to bear, until it has caught up. For that the callbacks
-set gainprm, biasprm and forcerange of its actuator at each step.
+spring (weak_nm_rad, weak_nm_s_rad) that knows what the joint had to bear, until it has caught up. For that the
+callbacks set gainprm, biasprm and forcerange of its actuator at each step.
 
-Smoothing. Where a joint feels its load, or has no power, the chain follows its motors through a critically damped filter (twice
-``smoothing_s`` behind them), as in snakebot, which the stiffnesses were fitted with. ``encoders`` puts the readings
-forward by as much as that moves the motors. 0: the chain follows at once.
+Smoothing. Where a joint feels its load, or has no power, the chain follows its motors through a critically damped
+filter (twice ``smoothing_s`` behind them), as in snakebot, which the stiffnesses were fitted with. ``encoders`` puts
+the readings forward by as much as that moves the motors. 0: the chain follows at once.
 """
 
 from __future__ import annotations

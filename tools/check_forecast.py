@@ -110,7 +110,9 @@ def second_figures(parameters: Parameters, motion: GaitMotion, span_s: tuple[flo
     first, last = np.flatnonzero(use)[[0, -1]]
     way = run.pose[last] - run.pose[first]
     speed = float(np.hypot(*way[:2]) / (t[last] - t[first]))
-    error = np.degrees((command - run.encoder_rad)[use])
+    error = np.degrees(
+        (command - run.encoder_rad)[use & (np.arange(t.size) % HELD == 0)]
+    )  # as read, at the ticks
     return np.array([speed, _lost_to_ground(parameters, run.pose, run.encoder_rad, t)[use].mean(),
                      math.sqrt(np.mean(error**2))])  # fmt: skip
 

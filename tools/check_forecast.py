@@ -19,6 +19,7 @@ import argparse
 import contextlib
 import json
 import math
+import shutil
 import sys
 import tempfile
 from collections.abc import Callable
@@ -91,7 +92,10 @@ def second(seed: int, number: int, folder: Path) -> Subject:
     """A robot of the second engine, recorded into ``folder`` if it is not there yet."""
     robot = draw_robot(seed, number)
     if not folder.exists():
-        write_session(folder, robot.case())
+        part = folder.with_suffix(".part")
+        shutil.rmtree(part, ignore_errors=True)
+        write_session(part, robot.case())
+        part.rename(folder)
     clean = robot.parameters.noiseless()
     return Subject(
         robot.words, open_session(folder), lambda motion, span: second_figures(clean, motion, span)

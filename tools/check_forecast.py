@@ -108,7 +108,7 @@ def second_figures(parameters: Parameters, motion: GaitMotion, span_s: tuple[flo
     """
     rows = round(motion.duration_s * 100) + 1
     t = np.arange(HELD * rows) * 0.01 / HELD
-    command = np.repeat(motion.sampled(np.arange(rows) * 0.01), HELD, axis=0)
+    command = np.repeat(motion.sampled(0.01 * np.arange(rows, dtype=np.float64)), HELD, axis=0)
     run = SecondRobot(parameters).run(t, command, np.random.default_rng(0))
     use = (t >= span_s[0] - 1e-9) & (t <= span_s[1] + 1e-9)
     first, last = np.flatnonzero(use)[[0, -1]]
@@ -189,6 +189,7 @@ def main() -> int:
     if options.seed >= FIRST_FOR_SCORING:
         parser.error(f"--seed: below {FIRST_FOR_SCORING}; the others are for scoring")
     all_rows: list[list[Floats]] = []
+    understood: list[list[Floats]] = []  # where nothing was left unexplained
     with tempfile.TemporaryDirectory() as temporary:
         keep = options.keep or Path(temporary)
         keep.mkdir(parents=True, exist_ok=True)
@@ -197,12 +198,15 @@ def main() -> int:
             subject = own(number) if options.engine == "own" else second(options.seed, number, keep / name)
             found, rows = check(subject, keep / f"{name}.json")
             all_rows += rows
+            understood += rows if found.verdict in ("explained", "no_gap") else []
             causes = ", ".join(cause.specification for cause in found.causes) or "nothing"
             held = ["".join("+" if r[4] <= r[0] <= r[6] else "-" for r in row) for row in rows]
             print(f"{number} {subject.name}: {found.verdict}, {causes}; held {' '.join(held)}", flush=True)
             if options.keep:
                 (keep / f"{name}.rows.json").write_text(json.dumps(np.array(rows).tolist()))
     print("\n".join(table(np.array(all_rows))))
+    if understood:
+        print("\nexplained, or without a gap:\n" + "\n".join(table(np.array(understood))))
     return 0
 
 

@@ -38,6 +38,7 @@ def runs_table(runs: Sequence[RunAnalysis]) -> Table:
         Column("α", "deg", 4, decimals=1),
         Column("β", "deg", 4, decimals=1),
         Column("ω", "rad/s", 4, decimals=2),
+        *(Column(name) for name in CONDITIONS if any(condition(run, name) for run in runs)),
         Column("steady cycles"),
         Column("TE", "", 3, TE_HELP, decimals=4),
         Column("worst RMS error", "deg", 3, decimals=2),
@@ -48,7 +49,6 @@ def runs_table(runs: Sequence[RunAnalysis]) -> Table:
         Column("error", "%", 3, ERROR_HELP, decimals=1),
         Column("lost", "%", 3, decimals=2),
         Column("late ticks"),
-        *(Column(name) for name in CONDITIONS if any(condition(run, name) for run in runs)),
     ]
     if len({robot_text(run) for run in runs}) > 1:
         columns.append(Column("robot"))

@@ -25,9 +25,13 @@ or second order, rate limit, play. The joint hangs on the motor by the actuator'
 the last activation is the motor's angle, put forward by damper over spring times its rate, so that the damper works
 against the motor's speed and not against rest.
 
-Smoothing. Where a joint feels its load, the chain follows its motors through a critically damped filter (twice
-``smoothing_s`` behind them), as in snakebot, which the stiffnesses were fitted with. ``encoders`` puts the readings
-forward by as much as that moves the motors. 0: the chain follows at once.
+A motor with a limit of torque, or a line, drives a stiff joint until it meets it. Then the joint hangs on a softer
+spring (weak_nm_rad, weak_nm_s_rad) that knows what the joint had to bear, until it has caught up. For that the
+callbacks set gainprm, biasprm and forcerange of its actuator at each step.
+
+Smoothing. Where a joint feels its load, or has no power, the chain follows its motors through a critically damped
+filter (twice ``smoothing_s`` behind them), as in snakebot, which the stiffnesses were fitted with. ``encoders`` puts
+the readings forward by as much as that moves the motors. 0: the chain follows at once.
 """
 
 from __future__ import annotations
@@ -54,10 +58,16 @@ SERVO_NUMBERS = (  # of each joint, in <numeric name="servo_j">
     "torque_limit_nm",
     "stall_nm",
     "no_load_rad_s",
+    "stiff_nm_rad",
+    "weak_nm_rad",
+    "weak_nm_s_rad",
 )
-# Activations of an actuator with dyntype="user": the motor, behind its play, what the chain follows, the spring's end.
-RATE, MOTOR, OUTPUT, SMOOTH_RATE, SMOOTH, DRIVE = range(6)
-STATES = 6
+# Activations of an actuator with dyntype="user": what the joint bears, whether its motor is overtaxed, the motor,
+# behind its play, what the chain follows, the spring's end.
+LOAD, WEAK, RATE, MOTOR, OUTPUT, SMOOTH_RATE, SMOOTH, DRIVE = range(8)
+STATES = 8
+LOAD_FILTER_S = 0.02  # first order, on the torque of an overtaxed motor
+CAUGHT_UP_RAD, CAUGHT_UP_RAD_S = 3e-4, 0.01  # within which it is stiff again
 NONE = 1e9  # a limit that there is not
 LEAST_RATE_SHARE = 0.02  # a fading rate limit never quite reaches zero
 
@@ -109,7 +119,7 @@ class Snake:
         self.sensor = numbers["encoder_gain"], numbers["encoder_offset_rad"], numbers["encoder_noise_rad"]
         self.smoothing_s = float(numbers["smoothing_s"][0])
         self.count_rad = float(numbers["rad_per_count"][0])
-        self._velocity = np.zeros(6)
+        self._velocity, self._force = np.zeros(6), np.zeros(self.joints)
 
     def put_down(self, data: Any, joint_angle_rad: Any = 0.0) -> None:
         """At rest, with these joint angles (joints,), time zero; link 1 in the origin."""
@@ -121,7 +131,7 @@ class Snake:
             first, count = self.model.actuator_actadr[i], self.model.actuator_actnum[i]
             if count == STATES:
                 here = angle[self.driven[i]]
-                data.act[first : first + STATES] = (0.0, here, here, 0.0, here, here)
+                data.act[first : first + STATES] = (0.0, 0.0, 0.0, here, here, 0.0, here, here)
             elif count == 1:
                 data.act[first] = holding
             data.ctrl[i] = holding
@@ -156,6 +166,7 @@ class Snake:
 
     def remember(self, model: Any, data: Any) -> None:
         """mjcb_control: keep the set-points that are on their way; cut torques off at the motors' lines."""
+        self._force[:] = data.actuator_force  # of the step before: gone when ``servo`` is called
         for i, p in enumerate(self.numbers):
             if p["stall_nm"] < NONE:
                 speed = float(data.qvel[self.dof[self.driven[i]]]) / p["no_load_rad_s"]
@@ -191,9 +202,35 @@ class Snake:
         else:
             new[SMOOTH], new[SMOOTH_RATE] = new[OUTPUT], (new[OUTPUT] - state[OUTPUT]) / h
         new[DRIVE] = new[SMOOTH] + p["lead_s"] * new[SMOOTH_RATE]
+        if p["weak_nm_rad"] > 0.0:
+            self._overtax(data, i, p, state, new)
         dots = [(after - before) / h for after, before in zip(new, state, strict=True)]
         data.act_dot[first : first + STATES] = dots
         return dots[DRIVE]
+
+    def _overtax(self, data: Any, i: int, p: dict[str, float], state: list[float], new: list[float]) -> None:
+        """A stiff motor that meets its limit gives way: its joint then hangs on a softer spring, which knows what the
+        joint had to bear, until it has caught up.
+        """
+        model, h, j = self.model, self.step_s, self.driven[i]
+        force, (least, most) = float(self._force[i]), model.actuator_forcerange[i]
+        new[LOAD] = force + math.exp(-h / LOAD_FILTER_S) * (state[LOAD] - force)
+        k, d = p["weak_nm_rad"], p["weak_nm_s_rad"]
+        twist = state[SMOOTH] - float(data.qpos[self.place[j]])
+        slip = state[SMOOTH_RATE] - float(data.qvel[self.dof[j]])
+        if state[WEAK] < 0.5:
+            new[WEAK] = 0.0 if least < force < most else 1.0
+        else:
+            near = abs(twist) < CAUGHT_UP_RAD and abs(slip) < CAUGHT_UP_RAD_S
+            new[WEAK] = 0.0 if near and least < k * twist + d * slip + new[LOAD] < most else 1.0
+        if new[WEAK] < 0.5:
+            spring = p["stiff_nm_rad"]
+            model.actuator_gainprm[i, 0] = spring
+            model.actuator_biasprm[i, :3] = (0.0, -spring, -spring * p["lead_s"])
+        else:
+            model.actuator_gainprm[i, 0] = 0.0
+            aim = k * state[SMOOTH] + d * state[SMOOTH_RATE] + new[LOAD]
+            model.actuator_biasprm[i, :3] = (aim, -k, -d)
 
     def _motor(self, p: dict[str, float], x: float, v: float, target: float, t: float) -> tuple[float, float]:
         """Angle and rate of a motor after a step towards ``target``."""

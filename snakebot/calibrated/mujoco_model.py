@@ -33,6 +33,8 @@ BARE_INERTIA_KG_M2 = 1e-4  # of a bench's joint that carries nothing that is des
 BARE_ARM_M = 0.05  # length of what is drawn there; chosen
 _BASE = (("x", "slide", "1 0 0"), ("y", "slide", "0 1 0"), ("heading", "hinge", "0 0 1"))  # joints of link 1
 CALLBACKS = Path(__file__).with_name("mujoco_callbacks.py")  # copied, never imported here: it needs MuJoCo
+# Dry friction as a constraint is soft by default, and lets a joint creep; this is as hard as the step allows.
+HARD_FRICTION = 'solreffriction="0.002 1" solimpfriction="0.9999 0.9999 0.001"'
 UNEXPRESSED = "Not expressed, or otherwise than snakebot does it:"
 
 
@@ -74,7 +76,7 @@ def mujoco_model(robot: Robot, xml_path: Path) -> MujocoModel:
 
 def _differences(stages: Stages) -> list[str]:
     said = ["links pass through each other, and through anything else"]
-    if stages.model is not None and not stages.feels_load:
+    if stages.model is not None and not _smooth(stages):
         said.append(
             "the chain follows its motors at once; snakebot smooths their steps over 10 ms for the motion over ground"
         )
@@ -90,7 +92,7 @@ def _differences(stages: Stages) -> list[str]:
 def _xml(stages: Stages, said: Sequence[str], name: str) -> str:
     robot, model = stages.robot, stages.model
     inertia = _bench_inertia(stages.servo_rows) if model is None else felt_inertia_kg_m2(model)
-    servos = servos_of(stages, inertia, smooth=model is not None and stages.feels_load)
+    servos = servos_of(stages, inertia, smooth=_smooth(stages))
     by_joint = sorted(servos, key=lambda servo: servo.joint)
     slope = 0.0 if model is None else model.slope_rad
     down, back = (STANDARD_GRAVITY_M_S2 * f(slope) for f in (math.cos, math.sin))
@@ -130,6 +132,11 @@ def _xml(stages: Stages, said: Sequence[str], name: str) -> str:
             "",
         ]
     )
+
+
+def _smooth(stages: Stages) -> bool:
+    """Whether the chain follows its motors smoothed: where a joint goes where the load takes it."""
+    return stages.model is not None and (stages.feels_load or stages.broken[0])
 
 
 def _plain(text: str) -> str:
@@ -204,6 +211,7 @@ def _hinge(servo: Servo, axis: str, armature: float = 0.0) -> str:
         )
         if value
     ]
+    more += [HARD_FRICTION] * (servo.coulomb_nm > 0)
     return " ".join([f'<joint name="joint_{servo.joint + 1}" type="hinge" axis="{axis}"', *more]) + "/>"
 
 
@@ -221,7 +229,7 @@ def _actuator(servo: Servo) -> str:
     elif servo.native:
         dynamics = 'dyntype="none"'
     else:
-        dynamics, gain, offset = 'dyntype="user" actdim="6"', 1.0, 0.0
+        dynamics, gain, offset = 'dyntype="user" actdim="8"', 1.0, 0.0
     force = f' forcelimited="true" forcerange="{-limit!r} {limit!r}"' if limit < NONE else ""
     stall = servo.numbers["stall_nm"]
     if stall < NONE and not force:
@@ -241,7 +249,7 @@ def _custom(stages: Stages, servos: Sequence[Servo]) -> list[str]:
     variance = stages.reading_variance_rad2(at, (1, joints))[0] - stages.robot.rad_per_count**2 / 12
     rows: list[tuple[str, Sequence[float]]] = [
         ("eps_m_s", [1.0 if model is None else model.eps]),
-        ("smoothing_s", [SMOOTHING_S if stages.model is not None and stages.feels_load else 0.0]),
+        ("smoothing_s", [SMOOTHING_S if _smooth(stages) else 0.0]),
         ("rad_per_count", [stages.robot.rad_per_count]),
         ("encoder_gain", (one - zero).tolist()),
         ("encoder_offset_rad", zero.tolist()),

@@ -82,8 +82,7 @@ def _servo(joint: int, row: Floats, delay_s: float, inertia: float, smooth: bool
     frequency, ratio = STIFF_RAD_S, STIFF_DAMPING
     if soft:
         ratio = SOFT_DAMPING
-    elif smooth and (line or limit < math.inf):
-        frequency, ratio = LIMITED_RAD_S, 1.0
+    gives_way = smooth and not soft and (line or limit < math.inf)
     stiffness = 1.0 / give if soft else inertia * frequency**2
     damping = 0.0 if stiff_loop > 0 else 2.0 * ratio * math.sqrt(stiffness * inertia)
     rate = float(row[layout.RATE_LIMIT_RAD_S])
@@ -105,6 +104,9 @@ def _servo(joint: int, row: Floats, delay_s: float, inertia: float, smooth: bool
         "torque_limit_nm": min(limit, NONE),
         "stall_nm": 1.0 / slope if line else NONE,
         "no_load_rad_s": rate if line else NONE,
+        "stiff_nm_rad": stiffness,
+        "weak_nm_rad": inertia * LIMITED_RAD_S**2 if gives_way else 0.0,
+        "weak_nm_s_rad": 2.0 * inertia * LIMITED_RAD_S if gives_way else 0.0,
     }
     plain = delay_s == 0 and numbers["rate_limit_rad_s"] == NONE
     plain = plain and not any(numbers[k] for k in ("deadband_rad", "natural_freq_rad_s", "backlash_rad"))

@@ -43,6 +43,7 @@ def missing(session: Session, *, robot: str = "penn_state", port: str = "sim:") 
     way = _Commands(session, robot, port)
     motions = motion_numbers(runs)
     found = [
+        *_not_alike(session),
         *_still_joints(runs, session, way),
         *_too_few(runs, motions, way),
         *_too_short(session.runs, way),
@@ -87,6 +88,34 @@ class _Commands:
         )
 
 
+def _not_alike(session: Session) -> list[Missing]:
+    """Runs of a robot in another state than the rest, or that were broken off: a session is of one robot as it is."""
+    states = {run.name: _state(run) for run in session.runs}
+    rest = "snakebot session make SESSION " + " ".join(
+        f"{run.name}.mcap" for run in session.runs if not run.aborted and not states[run.name]
+    )
+    out = []
+    if len(set(states.values())) > 1:
+        told = "; ".join(f"{name}: {state}" for name, state in states.items() if state)
+        text = f"not all runs are of one robot in one state ({told}); leave those out, or diagnose them by themselves"
+        out.append(Missing("mixed runs", text, rest))
+    broken_off = [run.name for run in session.runs if run.aborted]
+    if broken_off:
+        text = f"{', '.join(broken_off)}: broken off; make the run again, and leave this one out"
+        out.append(Missing("aborted run", text, rest))
+    return out
+
+
+def _state(run: Run) -> str:
+    """Faults and effects that were put in, as the log says; empty where there are none."""
+    parts = []
+    for name in ("faults", "effects"):
+        value = run.metadata.get(name)
+        text = " ".join(map(str, value)) if isinstance(value, list) else str(value or "")
+        parts += [f"{name.rstrip('s')} {text}"] if text else []
+    return ", ".join(parts)
+
+
 def _still_joints(runs: Sequence[Run], session: Session, way: _Commands) -> list[Missing]:
     least, out = LEAST_MOTION_COUNTS * session.robot.rad_per_count, []
     for joint in range(session.robot.joints):
@@ -113,8 +142,11 @@ def _too_few(runs: Sequence[Run], motions: Sequence[int], way: _Commands) -> lis
     if kinds < FEWEST_MOTIONS:
         unlike = [c for c in way.gaits[:-1] if not any(_is(c, run) for run in runs)]
         wanted = unlike[: FEWEST_MOTIONS - kinds] or way.gaits[: FEWEST_MOTIONS - kinds]
-        text = f"{kinds} motion{'s' if kinds != 1 else ''} that differ: a cause is checked on gaits that it was not "
-        text += f"fitted to; record at least {FEWEST_MOTIONS}, of other frequency and amplitude"
+        only = (
+            "one motion alone" if kinds == 1 else f"only {kinds} different motions" if kinds else "no motion"
+        )
+        text = f"{only}: a cause is checked on gaits that it was not fitted to; record at least {FEWEST_MOTIONS}, of "
+        text += "different frequency and amplitude"
         out.append(Missing("few motions", text, "; ".join(map(way.run, wanted))))
     if runs and kinds == len(runs):
         text = "no motion is recorded twice: the noise floor is that of the encoders alone"

@@ -246,7 +246,7 @@ class Regime(_Part):
 
 class Trace(_Part):
     """A run, held out where any is, for pictures: at most a few hundred samples of the joint where ``cause`` (its place
-    in ``causes``) shows best, or else of the worst joint.
+    in ``causes``) shows best, or else of the worst joint. ``others_rad``: predicted with every cause but this one.
     """
 
     run: str
@@ -257,6 +257,16 @@ class Trace(_Part):
     before_rad: tuple[float | None, ...]
     after_rad: tuple[float | None, ...]
     cause: int | None = None
+    others_rad: tuple[float | None, ...] = ()
+
+
+class RunSpeed(_Part):
+    """Steady forward speed of a run, m/s: measured, and simulated without and with the causes."""
+
+    run: str
+    measured: float
+    before: float
+    after: float
 
 
 class FitEntry(_Part):
@@ -277,6 +287,7 @@ class Details(_Part):
     rest_rms_rad: tuple[float, ...]  # a joint, after
     regimes: tuple[Regime, ...] = ()
     traces: tuple[Trace, ...] = ()
+    speeds: tuple[RunSpeed, ...] = ()
     known: dict[str, float] = {}
     seed: int = 0
     timing_s: dict[str, float] = {}

@@ -25,15 +25,32 @@ STAGES_IN_WORDS = {
     "body": "motion over ground",
     "none": "nowhere",
 }
+FEW = 4  # joints, and values of as many, that are all listed; chosen
 _CHOICE = re.compile(r"\[([^\[\]|]*)\|([^\[\]|]*)\]")
 _FIELD = re.compile(r"\{(\w+)\}")
 
 
 def joints_in_words(joints: Sequence[int], count: int) -> str:
-    """ "joint 3", "joints 1, 2 and 4", "all joints" of ``count``."""
+    """ "joint 3", "joints 1, 2 and 4", "joints 1 to 7 and 9", "all joints" of ``count``."""
     if not joints or (len(joints) == count and count > 1):
         return "all joints"
-    return f"joint{'s' if len(joints) > 1 else ''} {listed(joints)}"
+    return (
+        f"joint{'s' if len(joints) > 1 else ''} {listed(_in_runs(joints) if len(joints) > FEW else joints)}"
+    )
+
+
+def _in_runs(joints: Sequence[int]) -> list[str]:
+    """Neighbours together: "1 to 7"."""
+    runs: list[list[int]] = []
+    for joint in sorted(joints):
+        if runs and joint == runs[-1][-1] + 1:
+            runs[-1].append(joint)
+        else:
+            runs.append([joint])
+    out: list[str] = []
+    for run in runs:
+        out += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else map(str, run)
+    return out
 
 
 def sentence(effect: Effect, values: Mapping[str, Value], joints: Sequence[int], count: int) -> str:
@@ -60,10 +77,13 @@ def sentence(effect: Effect, values: Mapping[str, Value], joints: Sequence[int],
 
 
 def shown(parameter: Parameter, value: Value) -> str:
-    """A value as a lab says it: "45.0 ms"; of several, each."""
+    """A value as a lab says it: "45.0 ms"; of several, each; of many, between which they are."""
     many = value if isinstance(value, tuple) else (value,)
     texts = [str(round(v)) if parameter.integer else three(parameter.in_shown_unit(v)) for v in many]
-    return with_unit(listed(texts), parameter.shown_unit)
+    if len(many) > FEW and len(set(texts)) > 1:
+        low, high = min(many), max(many)
+        return shown_span(parameter, (low, high))
+    return with_unit(listed(texts) if len(set(texts)) > 1 else texts[0], parameter.shown_unit)
 
 
 def shown_span(parameter: Parameter, ends: tuple[float, float]) -> str:

@@ -54,7 +54,7 @@ def _snake(drawing: Drawing) -> str:
                 "line", {"class": kind, "x1": a[0], "y1": a[1], "x2": b[0], "y2": b[1], "stroke-width": thick}
             )
         )
-        if number in drawing.links:
+        if number in drawing.links and len(drawing.links) < count:
             middle = ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2)
             parts.append(_text(middle[0], middle[1] + thick + 20, f"link {number}", "strong"))
     for joint, (x, y) in enumerate(points[1:-1], start=1):

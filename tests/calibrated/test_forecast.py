@@ -56,6 +56,15 @@ def test_a_description_without_tolerance_has_no_bands() -> None:
     assert found.forward_speed_m_s is None
 
 
+def test_what_a_calibration_left_of_the_speed_is_in_its_band() -> None:
+    exact = {"time_constant_s": 0.0, "delay_s": 0.0, "friction": 0.0, "mass": 0.0}
+    tolerance = snake().tolerance.model_copy(update={**exact, "speed_m_s": 0.001, "speed_share": 0.1})
+    robot = snake().model_copy(update={"tolerance": tolerance})
+    speed = forecast(robot, motion(robot), period_s=2 * pi / OMEGA, ramp_s=RAMP_S).forward_speed_m_s
+    assert speed is not None
+    assert (speed.high - speed.low) / speed.estimate == pytest.approx(2 * 1.96 * 0.1, rel=0.3)
+
+
 def _held(robot: Robot, robots: int) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Shares of robots, drawn from what is known of one, whose figures the bands hold."""
     way = motion(robot)

@@ -168,3 +168,23 @@ def test_many_short_runs_are_one_line_with_a_command_that_can_be_pasted(
     assert "r0.csv and 8 more: 2.98 to 3.14 s" in out
     assert "--robot our_bench" not in out  # no command knows it by this name
     assert "--robot ROBOT.yaml" in out
+
+
+def test_runs_of_a_robot_in_another_state_or_broken_off_are_told() -> None:
+    session = make_session(bench(1), duration_s=9.0)
+    sound, odd, half, *rest = session.runs
+    odd = replace(odd, metadata={"faults": ["free:1"], "effects": ["rate_limit:limit_rad_s=1"]})
+    half = replace(half, metadata={"ended": "interrupted: Ctrl-C"})
+    found = {one.kind: one for one in missing(replace(session, runs=(sound, odd, half, *rest)))}
+    assert f"{odd.name}: fault free:1, effect rate_limit:limit_rad_s=1" in found["mixed runs"].text
+    assert half.name in found["aborted run"].text
+    assert sound.name in found["mixed runs"].command
+    assert odd.name not in found["mixed runs"].command
+    assert half.name not in found["aborted run"].command
+    assert not {"mixed runs", "aborted run"} & {one.kind for one in missing(session)}
+
+
+def test_one_motion_alone_is_said_in_good_english() -> None:
+    session = make_session(bench(1), gaits=[(40, 80, 2.0)], duration_s=9.0)
+    (found,) = (one for one in missing(session) if one.kind == "few motions")
+    assert found.text.startswith("one motion alone: ")

@@ -57,6 +57,15 @@ def test_numbers_stand_in_the_units_of_a_lab_and_joints_in_words() -> None:
     assert joints_in_words((1,), 1) == "joint 1"
 
 
+def test_many_joints_and_values_are_told_in_short() -> None:
+    limit = find_effect("rate_limit").parameter("limit_rad_s")
+    assert joints_in_words((1, 2, 3, 4), 5) == "joints 1, 2, 3 and 4"
+    assert joints_in_words((1, 2, 3, 4, 5, 6, 7, 9), 11) == "joints 1 to 7 and 9"
+    assert joints_in_words((1, 3, 5, 6, 11), 11) == "joints 1, 3, 5, 6 and 11"
+    assert shown(limit, (2.3, 1.3, 1.5, 1.7, 1.9)) == "1.3 to 2.3 rad/s"
+    assert shown(limit, (1.2, 1.2, 1.2)) == "1.20 rad/s"
+
+
 def test_an_effect_of_another_package_needs_none_of_it() -> None:
     class Strange(Effect):
         name, stage, summary, mark = "strange_one", "servo", "Something is strange.", "It shows."

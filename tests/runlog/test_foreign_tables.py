@@ -16,7 +16,7 @@ from log_commands import Capture, snakebot
 from snakebot.cli.main import cli
 from snakebot.errors import BadInputError
 from snakebot.runlog import read_session
-from snakebot.runlog.foreign.column_names import find_columns
+from snakebot.runlog.foreign.column_names import find_columns, find_pose
 from snakebot.runlog.foreign.csv_form import find_form
 
 T_S, COMMAND, MEASURED = wave(120)
@@ -222,3 +222,35 @@ def test_what_is_said_of_a_form_is_not_found_out(tmp_path: Path) -> None:
     source.write_text("a,b;c\n1,2;3\n4,5;6\n")
     assert find_form(source).header == ("a,b", "c")
     assert find_form(source, delimiter=",", decimal=".").header == ("a", "b;c")
+
+
+@pytest.mark.parametrize(
+    ("names", "taken", "unclear"),
+    [
+        (["x", "y"], {}, ("x", "y")),
+        (["X [mm]", "Y [mm]"], {"x_m": ("X [mm]", 1e-3), "y_m": ("Y [mm]", 1e-3)}, ()),
+        (["x_m", "y (cm)", "yaw"], {"x_m": ("x_m", 1.0), "y_m": ("y (cm)", 1e-2)}, ("yaw",)),
+        (["x", "goal1"], {}, ()),  # one alone is no pose
+        (["x_m", "y_deg"], {}, ()),
+    ],
+)
+def test_a_pose_is_taken_where_names_say_its_unit(
+    names: list[str], taken: dict[str, tuple[str, float]], unclear: tuple[str, ...]
+) -> None:
+    assert find_pose(names) == (taken, unclear)
+
+
+def test_a_pose_without_a_unit_is_told_with_what_takes_it(tmp_path: Path, capsys: Capture) -> None:
+    source = tmp_path / "lab.csv"
+    rows = np.column_stack([T_S, COMMAND, MEASURED, T_S, 2 * T_S])
+    head = ",".join(["t", *_goal("goal{}"), *_goal("pos{}"), "x", "y"])
+    np.savetxt(source, rows, fmt="%.6f", delimiter=",", header=head, comments="")
+    words = ("session", "import", source, "--units", "deg", "-o")
+    said = snakebot(capsys, *words, tmp_path / "out").splitlines()[0]
+    assert "x, y not used" in said
+    assert "--map x_m=x:m --map y_m=y:m" in said
+    more = ("--map", "x_m=x:cm", "--map", "y_m=y:cm")
+    assert "not used" not in snakebot(capsys, *words, tmp_path / "posed", *more)
+    pose = read_session(tmp_path / "posed").runs[0].pose
+    assert pose is not None
+    assert np.allclose(pose[:, 1], 0.02 * T_S, atol=1e-6)

@@ -55,11 +55,17 @@ def statement(found: Diagnosis, *, hedged: bool = True) -> str:
         return _unexplained(found, count)
     parts = [_with_rivals(cause, count) for cause in found.causes[:MOST_SAID]]
     more = len(found.causes) - len(parts)
+    ties = [bool(cause.indistinguishable_from) for cause in found.causes]
+    if any(ties[:-1]):  # said of the tie alone, and not of what comes after it
+        parts = [
+            f"{part} (these runs cannot tell)" if tie else part
+            for part, tie in zip(parts, ties, strict=False)
+        ]
     text = "; ".join([parts[0], *(_inside(part) for part in parts[1:])])
     text += f" (and {more} more)" if more > 0 else ""
     said = certainty.word(found)
-    if any(cause.indistinguishable_from for cause in found.causes):
-        text += ": these runs cannot tell"
+    if any(ties):
+        text += "" if any(ties[:-1]) else ": these runs cannot tell"
     elif said == "a tie":
         text += ", or it is another explanation that fits as well"
     start = {"likely": "Probably ", "a guess": "Perhaps "}.get(said, "") if hedged else ""

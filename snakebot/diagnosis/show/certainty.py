@@ -48,10 +48,11 @@ def why(found: Diagnosis) -> str:
         if tried == 1:
             return "One explanation was tried on runs it was not fitted to, and does not hold"
         return f"{tried} explanations were tried on runs they were not fitted to, none does" if tried else ""
+    slow = found.details is not None and found.details.slow_log
     if said == "a tie":
-        return tie_sentence(found)
+        return tie_sentence(found) + ("; the log is slow, too" if slow else "")
     limits = []
-    if found.details is not None and found.details.slow_log:
+    if slow:
         limits.append("the log is slow: set-points between its rows had to be guessed")
     if not runs:
         limits.append("one motion alone was recorded, so that nothing could be tested on another")

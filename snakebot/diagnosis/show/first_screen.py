@@ -45,7 +45,8 @@ def drawing(found: Diagnosis, *, body: bool) -> Drawing:
     links: list[int] = []
     for cause in found.causes if found.verdict in ("explained", "partly") else ():
         effect = effect_of(cause)
-        links += effect.shown_on(values_of(cause)) if effect is not None else ()
+        named = effect.shown_on(values_of(cause)) if effect is not None else ()
+        links += named or (range(1, len(shares) + 2) if body and cause.stage == "body" else ())
     parts = [f"joint {j} carries {s:.0%}" for j, s in enumerate(shares, start=1) if s >= 0.005]
     on = f"{joints_in_words(marked, len(shares))} marked; " if marked else "no joint marked; "
     return Drawing(

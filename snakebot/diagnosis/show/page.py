@@ -46,8 +46,8 @@ def page(session: Session, found: Diagnosis) -> str:
         _map(out.section("Where the gap lies"), found)
     if found.ranking:
         add_ranking(out.section("What else was tried"), found)
-    if found.nominal:
-        add_stated(out.section("The stated numbers", "What the runs say of the robot's description."), found)
+    stated = out.section("The stated numbers", "What the runs say of the robot's description.")
+    add_stated(stated, found, session.robot)
     if found.next_experiment is not None:
         _next(out.section("The next experiment"), found)
     if found.details is not None:

@@ -16,6 +16,7 @@ from snakebot.diagnosis.show.named import (
 from snakebot.effects.telling import joints_in_words
 from snakebot.in_words import span, three
 from snakebot.report import Axis, BarChart, Bars, Column, Note, Section, Table
+from snakebot.robot import Robot
 
 STATED = {  # numbers of a robot's description: what they are called, unit, by definition how many in one SI unit
     "servo.time_constant_s": ("lag of the servo", "ms", 1000.0),
@@ -89,18 +90,20 @@ def _percent(share: float | None) -> str:
 def add_ranking(section: Section, found: Diagnosis) -> None:
     """One row for each explanation: what error it leaves, and why it lost."""
     best = next((entry for entry in found.ranking if _is_best(found, entry)), None)
-    rows = [
-        [
-            explanation(entry, joint_count(found)),
-            "" if entry.rms_after is None else in_degrees(entry.rms_after),
-            f"{entry.probability:.0%}",
-            why_it_lost(found, entry, best),
-        ]
-        for entry in found.ranking
-    ]
-    columns = [
-        Column("explanation"),
-        Column("error left", "deg", help="of joint angles, on runs held out where there are any"),
+    names = [explanation(entry, joint_count(found)) for entry in found.ranking]
+    left = ["" if entry.rms_after is None else in_degrees(entry.rms_after) for entry in found.ranking]
+    tells = len(set(left)) > 1  # what is over ground leaves the joint angles as they are
+    rows: list[list[object]] = []
+    for entry, name, error in zip(found.ranking, names, left, strict=True):
+        if names.count(name) > 1 and entry.parameters:
+            name += f", {entry.parameters} number{'s' if entry.parameters > 1 else ''} fitted"
+        why = why_it_lost(found, entry, best)
+        rows.append([name, *([error] if tells else []), f"{entry.probability:.0%}", why])
+    columns = [Column("explanation")]
+    if tells:
+        help_ = "of joint angles, on runs held out where there are any"
+        columns.append(Column("error left", "deg", help=help_))
+    columns += [
         Column("probability"),
         Column("why", help="on blocks of a second, by the logarithm of the squared error"),
     ]
@@ -134,9 +137,10 @@ def why_it_lost(found: Diagnosis, entry: RankingEntry, best: RankingEntry | None
     return "no worse in these runs, but does not stand beside the other causes"
 
 
-def add_stated(section: Section, found: Diagnosis) -> None:
-    """Every number of the description of which the runs say something."""
+def add_stated(section: Section, found: Diagnosis, robot: Robot) -> None:
+    """Every number of the description: what the runs say of it, or that they say nothing."""
     rows = [_stated_row(number, joint_count(found)) for number in found.nominal]
+    rows += _not_told(found, robot)
     columns = [
         Column("number"),
         Column("where"),
@@ -149,6 +153,43 @@ def add_stated(section: Section, found: Diagnosis) -> None:
         ),
     ]
     section.add(Table(columns, rows))
+
+
+def _not_told(found: Diagnosis, robot: Robot) -> list[list[object]]:
+    """Numbers of the description that these runs say nothing of, and those that are taken as exact."""
+    told = {number.number for number in found.nominal}
+    changed = {cause.effect for cause in found.causes if found.verdict in ("explained", "partly")}
+    stated: list[tuple[str, float | tuple[float, ...]]] = [
+        ("servo.time_constant_s", robot.servo.time_constant_s)
+    ]
+    exact: list[tuple[str, str]] = []
+    if robot.body is not None:
+        friction = robot.body.friction
+        stated += [("friction.ct", friction.ct), ("friction.cn", friction.cn)]
+        stated.append(("link_mass_kg", robot.body.link_mass_kg))
+        exact += [
+            ("dry friction along the links", f"{_listed(friction.ct0)} N"),
+            ("dry friction across the links", f"{_listed(friction.cn0)} N"),
+            ("half length of a link", f"{_listed(robot.body.half_length_m)} m"),
+        ]
+    exact.append(("counts of the encoder in a turn", str(robot.encoder_counts_per_rev)))
+    rows: list[list[object]] = []
+    for name, value in stated:
+        if name in told:
+            continue
+        called, unit, factor = STATED[name]
+        ground = name.startswith("friction") and "ground_friction" in changed
+        lag = name.startswith("servo") and changed & {"servo_lag", "second_order", "position_loop"}
+        why = "see the cause" if ground or lag else "not told by these runs"
+        rows.append([called, "the robot", f"{_listed(value, factor)} {unit}", why, "", "", ""])
+    return rows + [[called, "the robot", value, "taken as stated", "", "", ""] for called, value in exact]
+
+
+def _listed(value: float | tuple[float, ...], factor: float = 1.0) -> str:
+    """One number, or the ends of several."""
+    values = value if isinstance(value, tuple) else (value,)
+    low, high = factor * min(values), factor * max(values)
+    return three(low) if low == high else f"{three(low)} to {three(high)}"
 
 
 def _stated_row(number: StatedNumber, count: int) -> list[object]:

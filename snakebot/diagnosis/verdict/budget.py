@@ -52,7 +52,7 @@ def angle_budget(
         if coalition == frozenset(players.values()):
             return angles.mean_square(best.readings)[rows]
         readings = list(nominal.readings)
-        for runs, specs in _specs_by_run(best, coalition, shown):
+        for runs, specs in specs_by_run(best, coalition, shown):
             for index, reading in zip(runs, evidence.predictor.readings(specs, runs), strict=True):
                 readings[index] = reading
         return angles.mean_square(readings)[rows]
@@ -92,7 +92,7 @@ def ground_budget(
 
     def squares(coalition: Coalition) -> Floats:
         left = np.zeros(known.size)
-        for runs, specs in _specs_by_run(best, coalition, shown):
+        for runs, specs in specs_by_run(best, coalition, shown):
             made = ground_residuals(evidence, specs, evidence.split.free, runs)
             mine = np.isin(features.run, runs)
             left[mine] = np.nan_to_num(np.square(made[mine]))
@@ -144,7 +144,7 @@ def _players(best: Trial, terms: Sequence[int | None], stages: Sequence[str]) ->
     }
 
 
-def _specs_by_run(
+def specs_by_run(
     best: Trial, coalition: Coalition, runs: Sequence[int]
 ) -> list[tuple[list[int], tuple[EffectSpec, ...]]]:
     """The effects of some terms, at the parameters of each run: runs of the same parameters together."""

@@ -18,7 +18,7 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import AngleClosure, JointClosure, SpeedClosure
+from snakebot.diagnosis.result import AngleClosure, JointClosure, RunSpeed, SpeedClosure
 from snakebot.effects.spec import EffectSpec
 
 DRAWS = 1000  # of the bootstrap; chosen: 2.5 % quantiles then rest on 25 draws
@@ -139,6 +139,21 @@ def forward_speeds(evidence: Evidence, best: Trial) -> Speeds | None:
     if not runs:
         return None
     return Speeds(tuple(runs), np.array(measured), np.array(before), np.array(after))
+
+
+def speeds_by_run(evidence: Evidence, speeds: Speeds) -> tuple[RunSpeed, ...]:
+    """The same by the names of the runs."""
+    return tuple(
+        RunSpeed(
+            run=evidence.data.runs[index].name,
+            measured=round(float(measured), 6),
+            before=round(float(before), 6),
+            after=round(float(after), 6),
+        )
+        for index, measured, before, after in zip(
+            speeds.run, speeds.measured, speeds.before, speeds.after, strict=True
+        )
+    )
 
 
 def _simulated_speed(

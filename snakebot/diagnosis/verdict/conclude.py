@@ -37,10 +37,12 @@ from snakebot.diagnosis.verdict.budget import angle_budget, by_share, ground_bud
 from snakebot.diagnosis.verdict.causes import fit_entries, noise_cause, speed_closed, weigh_causes
 from snakebot.diagnosis.verdict.closure import (
     NOT_HELD_OUT,
+    Speeds,
     angle_closure,
     forward_speeds,
     joint_closures,
     speed_closure,
+    speeds_by_run,
 )
 from snakebot.diagnosis.verdict.decision import Judgement
 from snakebot.diagnosis.verdict.joints import joints_of
@@ -111,7 +113,8 @@ def conclude(
     progress("closure on held-out runs", 0.9)
     steps = _steps(evidence, found, judgement.best)
     table = _regimes(evidence, judgement)
-    closure = _closure(evidence, found.nominal, judgement, steps, options.seed)
+    speeds = forward_speeds(evidence, judgement.predicted)
+    closure = _closure(evidence, found.nominal, judgement, steps, speeds, options.seed)
     chosen = causes[0].probability if causes else 0.0
     told, budget = by_share(
         causes, _budget(evidence, found.nominal, judgement, causes, closure, options.seed)
@@ -127,7 +130,7 @@ def conclude(
         unexplained=_unexplained(judgement, table, budget),
         nominal=stated_numbers(evidence, judgement.best),
         budget=budget,
-        details=_details(evidence, found, judgement, table, told, options),
+        details=_details(evidence, found, judgement, table, told, speeds, options),
     )
 
 
@@ -149,7 +152,9 @@ def _steps(evidence: Evidence, found: SearchResult, best: Trial) -> Steps:
     return list(pairwise(trials))
 
 
-def _closure(evidence: Evidence, nominal: Trial, judgement: Judgement, steps: Steps, seed: int) -> Closure:
+def _closure(
+    evidence: Evidence, nominal: Trial, judgement: Judgement, steps: Steps, speeds: Speeds | None, seed: int
+) -> Closure:
     best, predicted = judgement.best, judgement.predicted
 
     def step(after: Trial) -> ClosureStep:
@@ -164,7 +169,7 @@ def _closure(evidence: Evidence, nominal: Trial, judgement: Judgement, steps: St
     return Closure(
         held_out_runs=tuple(evidence.data.runs[i].name for i in evidence.split.scored),
         joint_angle=angle_closure(evidence, nominal, predicted, seed),
-        forward_speed=speed_closure(evidence, nominal, forward_speeds(evidence, predicted), seed),
+        forward_speed=speed_closure(evidence, nominal, speeds, seed),
         by_joint=joint_closures(evidence, nominal, predicted),
         steps=tuple(step(predicted if after is best else after) for _, after in steps),
     )
@@ -180,7 +185,18 @@ def _budget(
 ) -> tuple[BudgetEntry, ...]:
     """Where there is a gap, what each cause carries of it."""
     best = judgement.predicted
-    terms = [
+    terms = _terms(evidence, best, causes)
+    entries: list[BudgetEntry] = []
+    if closure.joint_angle.closed is not None or closure.joint_angle.reason == NOT_HELD_OUT:
+        entries += angle_budget(evidence, nominal, best, terms, seed)
+    if judgement.gap.ground_significant:
+        entries += ground_budget(evidence, best, terms, seed)
+    return tuple(entries)
+
+
+def _terms(evidence: Evidence, best: Trial, causes: Sequence[Cause]) -> list[int | None]:
+    """For each cause its place in the hypothesis of ``best``; None where it has none."""
+    return [
         next(
             (
                 at
@@ -191,12 +207,6 @@ def _budget(
         )
         for cause in causes
     ]
-    entries: list[BudgetEntry] = []
-    if closure.joint_angle.closed is not None or closure.joint_angle.reason == NOT_HELD_OUT:
-        entries += angle_budget(evidence, nominal, best, terms, seed)
-    if judgement.gap.ground_significant:
-        entries += ground_budget(evidence, best, terms, seed)
-    return tuple(entries)
 
 
 def _regimes(evidence: Evidence, judgement: Judgement) -> tuple[Regime, ...]:
@@ -279,6 +289,7 @@ def _details(
     judgement: Judgement,
     table: tuple[Regime, ...],
     causes: Sequence[Cause],
+    speeds: Speeds | None,
     options: Options,
 ) -> Details:
     return Details(
@@ -286,7 +297,14 @@ def _details(
         gap_rms_rad=_joint_rms(evidence.angles, found.nominal),
         rest_rms_rad=_joint_rms(evidence.angles, judgement.predicted),
         regimes=table,
-        traces=traces(evidence.angles, evidence.split.shown, found.nominal, judgement.predicted, causes),
+        traces=traces(
+            evidence,
+            found.nominal,
+            judgement.predicted,
+            causes,
+            _terms(evidence, judgement.predicted, causes),
+        ),
+        speeds=() if speeds is None else speeds_by_run(evidence, speeds),
         known=dict(options.known),
         seed=options.seed,
         fits=fit_entries(evidence, found),

@@ -41,7 +41,7 @@
             c.beginPath(); c.moveTo(px(a), y + thick / 2); c.lineTo(px(b), y + thick / 2); c.stroke(); c.lineWidth = 1;
             end = Math.max(end, px(b));
           }
-          c.fillStyle = Page.color("muted"); c.textAlign = "left"; c.fillText(Page.number(v), end + 5, y + thick / 2);
+          c.fillStyle = Page.color("muted"); c.textAlign = "left"; c.fillText(Page.number(v, 2), end + 5, y + thick / 2);
         });
       });
     }

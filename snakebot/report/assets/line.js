@@ -63,7 +63,7 @@
       scales: { x: { time: false }, y: spec.yAxis.log ? { distr: 3 } : {} },
       axes: [
         axis(spec.xAxis, { size: 34, space: 60 }),
-        axis(spec.yAxis, { size: 48, space: 34, values: (u, splits) => splits.map((v) => (v === null ? "" : Page.number(v))) }),
+        axis(spec.yAxis, { size: 48, space: 24, values: (u, splits) => splits.map((v) => (v === null ? "" : Page.number(v))) }),
       ],
       series: [{}, ...spec.lines.map((line) => ({
         label: line.name, stroke: () => Page.color(line.color), width: line.width, dash: line.dash ? [6, 4] : undefined,

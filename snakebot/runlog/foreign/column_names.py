@@ -6,6 +6,7 @@ unit; what is left is the joint's name. Only what is plain is taken: one command
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -133,6 +134,36 @@ def find_columns(names: Sequence[str], where: str) -> Columns:
         measured=tuple(measured[joint] for joint in joints),
         units=units,
     )
+
+
+_POSE = re.compile(
+    r"(?P<what>x|y|heading|yaw|theta)[\s_]*[\[(]?\s*(?P<unit>m|cm|mm|rad|deg|°)?\s*[\])]?", re.IGNORECASE
+)
+_POSE_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+_DEG = math.pi / 180
+_TURN_UNITS = {"rad": 1.0, "deg": _DEG, "°": _DEG}
+
+
+def find_pose(names: Sequence[str]) -> tuple[dict[str, tuple[str, float]], tuple[str, ...]]:
+    """Where the robot is, if plain names say so: our columns with theirs and the factor to SI units, and columns that
+    look like a pose but do not say their unit. Nothing without both x and y.
+    """
+    found: dict[str, tuple[str, float]] = {}
+    open_: dict[str, str] = {}
+    for name in names:
+        match = _POSE.fullmatch(name.strip())
+        if match is None:
+            continue
+        what, unit = match["what"].lower(), (match["unit"] or "").lower()
+        ours, units = (f"{what}_m", _POSE_UNITS) if what in "xy" else ("heading_rad", _TURN_UNITS)
+        if unit in units:
+            found.setdefault(ours, (name, units[unit]))
+        elif not unit:
+            open_.setdefault(ours, name)
+    if not {"x_m", "y_m"} <= set(found):
+        both = {"x_m", "y_m"} <= set(open_)
+        return {}, tuple(open_.values()) if both else ()
+    return found, tuple(name for ours, name in open_.items() if ours not in found)
 
 
 _SAID = {"command": "command", "measured": "measured angle"}

@@ -14,7 +14,7 @@ from snakebot.errors import BadInputError
 from snakebot.robot import Robot
 from snakebot.runlog.column_map import Source, apply_map, parse_map
 from snakebot.runlog.foreign.angles import AngleForm
-from snakebot.runlog.foreign.column_names import Columns, find_columns
+from snakebot.runlog.foreign.column_names import Columns, find_columns, find_pose
 from snakebot.runlog.foreign.csv_form import FoundForm, find_form
 from snakebot.runlog.merging import EPOCH_S
 from snakebot.runlog.number_table import NumberTable, read_table
@@ -109,6 +109,7 @@ def read_table_run(path: Path, robot: Robot, options: TableOptions) -> TableRun:
     for name in names:
         if is_known_column(name) and name not in mapping and not re.match("t_s|cmd_|enc_|applied_", name):
             mapping[name] = Source(name, 1.0)
+    told += _pose(mapping, names)
     wanted = frozenset(source.column for source in mapping.values())
     table = read_table(path, wanted, found.form if found is not None else None)
     mapping, time_told = _time_unit(mapping, table)
@@ -148,6 +149,24 @@ def _angles(columns: Columns, form: AngleForm, robot: Robot, where: str) -> dict
             factor, zero = form.line(robot.joints, unit)
             found[f"{kind}_{joint + 1}_rad"] = Source(name, float(factor[joint]), float(zero[joint]))
     return found
+
+
+def _pose(mapping: dict[str, Source], names: Sequence[str]) -> list[str]:
+    """Puts a pose that the names tell of into the map; what is told of it."""
+    if any(ours in mapping for ours in ("x_m", "y_m", "heading_rad")):
+        return []
+    found, unclear = find_pose(names)
+    for ours, (name, factor) in found.items():
+        mapping[ours] = Source(name, factor)
+    told = [f"pose {', '.join(name for name, _ in found.values())}"] if found else []
+    if unclear:
+        guess = {"x": "x_m=%s:m", "y": "y_m=%s:m"}
+        maps = [guess.get(name.strip().lower(), "heading_rad=%s:deg") % name.strip() for name in unclear]
+        told.append(
+            f"{', '.join(unclear)} not used, their unit is not said: for a pose add "
+            + " ".join(f"--map {entry}" for entry in maps)
+        )
+    return told
 
 
 def _place(mapping: dict[str, Source], robot: Robot, form: AngleForm) -> None:

@@ -176,7 +176,7 @@ KINDS: dict[str, Callable[[], Diagnosis]] = {
         "explained",
         WEIGHT,
         closed=None,
-        speed=SpeedClosure(error_before=0.061, error_after=0.0042, floor=0.003, closed=0.97),
+        speed=SpeedClosure(error_before=0.0612, error_after=0.00757, floor=0.003, closed=0.97),
     ),
     "unexplained": lambda: made("unexplained", LIMIT, closed=0.12),
     "unexplained, nothing near": lambda: made("unexplained"),

@@ -73,6 +73,8 @@ def test_sentence_drawing_bar_and_advice_are_on_the_first_screen(
             assert 0 <= left < right <= width
             assert 0 <= top < bottom <= height
         assert tab.evaluate("document.documentElement.scrollWidth") <= width
+        ends = tab.evaluate(BOXES, ".answer .fall, .answer .fall b")
+        assert max(right for _, _, right, _ in ends[1:]) <= ends[0][2] + 0.5  # no number sticks out
         tab.wait_for_function("scheme => document.documentElement.dataset.theme === scheme", arg=scheme)
     assert tab.locator(".answer .sentence").inner_text() == sentence(found)
     assert complaints == []

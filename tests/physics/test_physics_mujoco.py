@@ -85,7 +85,9 @@ def assert_same(model: ChainModel, gait: GaitParameters, other: Floats, ours: Fl
     assert powers[1][1] == pytest.approx(powers[0][1], rel=0.01, abs=slack + unbalanced)
 
 
-IN_BRIEF = (  # every friction, and every kind of joint
+IN_BRIEF: tuple[
+    tuple[str, tuple[int, ...], dict[int, float]], ...
+] = (  # every friction, and every kind of joint
     ("viscous, distributed", (4,), {}),
     ("viscous, wheels", (), {2: 0.4}),
     ("viscous and Coulomb", (), {}),

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -117,6 +117,7 @@ class AskAgain:
         worker: dict[str, str] | None = getattr(config, "workerinput", None)
         self._turns = None if worker is None else Turns(worker["testrunuid"])
         self._asked: pytest.Item | None = None
+        self._failed = False
         self._limit: Any = None  # settings of the time limit of the test that runs
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -146,14 +147,25 @@ class AskAgain:
             if self._limit is not None:
                 hooks.pytest_timeout_set_timer(item=item, settings=self._limit)
         self._asked = item
+        self._failed = False
         self.watch.begin()
+
+    @pytest.hookimpl(wrapper=True, trylast=True)
+    def pytest_runtest_makereport(self) -> Generator[None, Any, Any]:
+        report = yield
+        self._failed |= report.failed
+        return report
+
+    def _ask_again(self, error: BaseException | None) -> bool:
+        """Asked after every test: one that passed does not wait until it is told whether the computer stood still."""
+        return self._failed and self.watch.kept_waiting(error)
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         for item in items:
             item.add_marker(
                 pytest.mark.flaky(
                     reruns=TIMES_MORE, reruns_delay=DELAY_S, reruns_delay_backoff_factor=2.0,
-                    condition=self.watch.kept_waiting,
+                    condition=self._ask_again,
                 )
             )  # fmt: skip
 

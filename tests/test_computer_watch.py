@@ -49,6 +49,17 @@ computer_watch.DELAY_S = 0.1
 def pytest_configure(config):
     config.pluginmanager.register(computer_watch.AskAgain(config))
 """
+WHO_IS_ASKED = """
+import computer_watch
+from pathlib import Path
+computer_watch.ComputerWatch.kept_waiting = lambda watch, error: Path(f"asked-{error}").touch()
+def test_right():
+    pass
+def test_wrong():
+    raise ValueError("wrong")
+"""
+
+
 TWO = """
 import time
 from pathlib import Path
@@ -100,6 +111,12 @@ def test_a_test_that_is_asked_again_has_the_computer_to_itself(tmp_path: Path) -
     for again in (2, 4):
         begin = [at for at, word in enumerate(told) if word == "alone"][again]
         assert told[begin : begin + 2] == ["alone", "alone"], told
+
+
+def test_what_passes_does_not_wait_for_the_watch(tmp_path: Path) -> None:
+    done = suite(tmp_path, WHO_IS_ASKED)
+    assert "1 failed, 1 passed" in done.stdout
+    assert [path.name for path in tmp_path.glob("asked-*")] == ["asked-wrong"]
 
 
 def test_what_fails_each_time_fails_on_a_computer_that_stands_still_too(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ class Register:
         signed: two's complement.
         unit: what one count is, in the SI unit of the quantity (rad, rad/s, rad/s2, A, V, K, s, or a share of 1).
         stored: kept without power (EEPROM), and writable only without torque.
+        end: the first address behind it.
     """
 
     address: int
@@ -31,11 +32,10 @@ class Register:
     sign_bit: int | None = None
     signed: bool = False
     stored: bool = False
+    end: int = field(init=False)
 
-    @property
-    def end(self) -> int:
-        """The first address behind it."""
-        return self.address + self.size
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "end", self.address + self.size)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ class ServoModel:
         except OverflowError:
             raise BadInputError(f"{self.name}: {name} cannot be {value}") from None
 
-    def unpack(self, name: str, data: bytes) -> int:
+    def unpack(self, name: str, data: bytes | bytearray) -> int:
         """The value of a register out of its bytes."""
         register = self.registers[name]
         raw = int.from_bytes(data, "big" if self.big_endian else "little", signed=register.signed)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -26,16 +27,24 @@ def run_command(*words: str) -> int:
     return int(ended.value.code or 0)
 
 
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("made")
     first = snake_run(name="first", cycles=4)
     second = snake_run(name="second", cycles=4, effects=("rate_limit:limit_rad_s=1.8",))
     for run in (first, second):
-        write_run(tmp_path / "runs" / run.name, PENN_STATE, run, {}, START_NS)
-    write_session(tmp_path / "my_session", PENN_STATE, [first, second])
-    write_session(tmp_path / "bench", BENCH, [bench_run("chirp")])
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+        write_run(place / "runs" / run.name, PENN_STATE, run, {}, START_NS)
+    write_session(place / "my_session", PENN_STATE, [first, second])
+    write_session(place / "bench", BENCH, [bench_run("chirp")])
+    return place
+
+
+@pytest.fixture
+def folder(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of its own for each test."""
+    place = shutil.copytree(made, tmp_path / "here")
+    monkeypatch.chdir(place)
+    return place
 
 
 def test_every_command_and_all_code_on_the_page_runs(

@@ -74,6 +74,7 @@ def test_a_baseline_that_never_calls_no_gap_is_beaten_there() -> None:
     assert (quiet.value, quiet.diagnosis, quiet.beaten) == (0.0, 1.0, True)
 
 
+@pytest.mark.slow
 def test_fit_all_names_a_plain_effect(root: Path, tmp_path: Path) -> None:
     case = make_case("tune", 5, 6, 40)
     p = real_robot(np.random.default_rng(1), case.build)

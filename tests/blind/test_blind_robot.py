@@ -87,6 +87,7 @@ def test_encoder_faults_leave_the_path_alone(clean: Recording) -> None:
         assert not np.allclose(r.encoder_rad, clean.encoder_rad, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_each_fault_does_something(clean: Recording) -> None:
     for name, fault in FAULTS.items():
         r = faulty(name, float(fault.low**0.3 * fault.high**0.7), [1, 2] if name == "wiring" else [1])

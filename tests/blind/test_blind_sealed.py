@@ -37,6 +37,7 @@ def made(root: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, st
     return out, done.stdout
 
 
+@pytest.mark.slow
 def test_folders_are_alike_in_all_but_the_numbers(made: tuple[Path, str]) -> None:
     folders = sorted((made[0] / "cases").iterdir())
     assert len(folders) == 3
@@ -61,6 +62,7 @@ def test_folders_are_alike_in_all_but_the_numbers(made: tuple[Path, str]) -> Non
         assert set().union(*told["runs"]) <= {"file", "gait", "repeat_of"}
 
 
+@pytest.mark.slow
 def test_folders_are_sessions(made: tuple[Path, str]) -> None:
     from snakebot.runlog import read_session
 
@@ -72,6 +74,7 @@ def test_folders_are_sessions(made: tuple[Path, str]) -> None:
         assert session.runs[0].t_s.size in {DURATION_S * rate for rate in RATES_HZ}
 
 
+@pytest.mark.slow
 def test_the_seal_needs_its_key_and_shows_tampering(made: tuple[Path, str], tmp_path: Path) -> None:
     out, said = made
     sealed, key = out / "labels.sealed", out.with_name("set.key")
@@ -94,6 +97,7 @@ def test_the_seal_needs_its_key_and_shows_tampering(made: tuple[Path, str], tmp_
         unseal(broken, key)
 
 
+@pytest.mark.slow
 def test_same_seed_same_signals() -> None:
     first, second = (make_case("tune", 5, 0, 40) for _ in range(2))
     assert first.label == second.label

@@ -80,7 +80,7 @@ def test_core_over_can(case: Case, core_library: Any) -> None:
         ask(case, bench)
 
 
-@pytest.mark.parametrize("joints", [1, 16])
+@pytest.mark.parametrize("joints", [pytest.param(1, marks=pytest.mark.slow), 16])
 @pytest.mark.parametrize("case", QUICK, ids=lambda case: case.name)
 def test_core_across_the_wrap_of_its_clock(case: Case, joints: int, core_library: Any) -> None:
     """The clock wraps within the case, at another moment for each number of joints."""

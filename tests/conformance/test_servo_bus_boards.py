@@ -50,7 +50,8 @@ WITHOUT_HANDS = {  # of a process: nobody resets it, sets its clock, breaks its 
     "says_what_it_is",
     "starts_again_at_a_reset",
 }
-SERVOS = ["sts3215", "scs0009", "xl330", "xl430"]
+SERVOS = ["sts3215", "xl330"]  # one of each maker
+OTHERS = ["scs0009", "xl430"]
 
 
 class HeldJoints(LaggingPlant):
@@ -104,7 +105,9 @@ def with_hands(rig: Rig, joints: HeldJoints) -> Bench:
     return rig.bench
 
 
-@pytest.fixture(scope="module", params=SERVOS)
+@pytest.fixture(
+    scope="module", params=[*SERVOS, *(pytest.param(model, marks=pytest.mark.slow) for model in OTHERS)]
+)
 def servos(request: pytest.FixtureRequest) -> Iterator[Bench]:
     robot = bench()
     joints = HeldJoints(robot.joints)
@@ -127,7 +130,7 @@ def test_board_in_front_of_bus_servos(case: Case, servos: Bench) -> None:
     assert case.name not in CANNOT, "it can"
 
 
-@pytest.fixture(scope="module", params=["sts3215", "xl330"])
+@pytest.fixture(scope="module", params=SERVOS)
 def served(request: pytest.FixtureRequest) -> Iterator[Bench]:
     """Emulated servos on one pseudo-terminal, `board serve` in a process of its own, the bench on another."""
     program = "from snakebot.cli.main import main; main()"

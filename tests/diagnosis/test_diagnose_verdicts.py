@@ -193,6 +193,7 @@ def test_stretches_without_power_are_not_fitted() -> None:
     assert any("off in 25%" in warning for warning in found.warnings)
 
 
+@pytest.mark.slow
 def test_lost_set_points_say_nothing_of_the_ground() -> None:
     """The readings are samples: between them a servo that misses set-points jumps, and the body with it."""
     robot, runs = snake(), []
@@ -213,7 +214,7 @@ def test_lost_set_points_say_nothing_of_the_ground() -> None:
     assert "falls from" not in summary(found)
 
 
-@pytest.mark.parametrize("probability", [0.1, 0.4])
+@pytest.mark.parametrize("probability", [pytest.param(0.1, marks=pytest.mark.slow), 0.4])
 def test_lost_set_points_are_found_in_the_scatter(probability: float) -> None:
     robot = bench(3)
     runs = []

@@ -25,6 +25,7 @@ def both(pairs: tuple[tuple[str, str], ...], *names: str) -> bool:
     return any(set(pair) == set(names) for pair in pairs)
 
 
+@pytest.mark.slow
 def test_gaits_of_one_frequency_do_not_part_delay_and_lag_those_of_several_do() -> None:
     robot = bench(1)
     narrow = plan(robot, [Gait.from_degrees(4, 80, 0.5, 0)])

@@ -131,9 +131,9 @@ def test_the_motor_does_not_shake_at_its_line() -> None:
 @pytest.mark.parametrize(
     "motor",
     [
-        {"stall_nm": 0.4, "no_load_rad_s": 6.0},
-        {"stall_nm": 0.8, "no_load_rad_s": 3.0},
-        {"limit_nm": 0.3},
+        pytest.param({"stall_nm": 0.4, "no_load_rad_s": 6.0}, marks=pytest.mark.slow),
+        pytest.param({"stall_nm": 0.8, "no_load_rad_s": 3.0}, marks=pytest.mark.slow),
+        pytest.param({"limit_nm": 0.3}, marks=pytest.mark.slow),
         {"stall_nm": 0.4, "no_load_rad_s": 6.0, "limit_nm": 0.3},
     ],
 )

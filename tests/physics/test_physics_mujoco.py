@@ -85,8 +85,24 @@ def assert_same(model: ChainModel, gait: GaitParameters, other: Floats, ours: Fl
     assert powers[1][1] == pytest.approx(powers[0][1], rel=0.01, abs=slack + unbalanced)
 
 
-@pytest.mark.parametrize("friction", FRICTION)
-@pytest.mark.parametrize(("free", "rigid"), [((), {}), ((4,), {}), ((), {2: 0.4}), ((5,), {1: 0.0})])
+IN_BRIEF: tuple[
+    tuple[str, tuple[int, ...], dict[int, float]], ...
+] = (  # every friction, and every kind of joint
+    ("viscous, distributed", (4,), {}),
+    ("viscous, wheels", (), {2: 0.4}),
+    ("viscous and Coulomb", (), {}),
+)
+
+
+@pytest.mark.parametrize(
+    ("friction", "free", "rigid"),
+    [
+        pytest.param(*case, marks=[pytest.mark.slow] * (case not in IN_BRIEF))
+        for friction in FRICTION
+        for joints in (((), {}), ((4,), {}), ((), {2: 0.4}), ((5,), {1: 0.0}))
+        for case in [(friction, *joints)]
+    ],
+)
 def test_six_links_move_as_in_mujoco(friction: str, free: Sequence[int], rigid: dict[int, float]) -> None:
     model = ChainModel(
         mass=np.full(6, 1.0), half_length=np.full(6, 0.1), inertia=np.full(6, 0.01 / 3), **FRICTION[friction]

@@ -46,8 +46,11 @@ def wave(rig: Rig, seconds: float, amplitude_rad: float = 0.4) -> float:
 @both
 @pytest.mark.parametrize(
     "rates",
-    [Rates(flip=0.01), Rates(drop=0.05), Rates(flip=0.01, drop=0.05)],
-    ids=["damaged", "lost", "both"],
+    [
+        pytest.param(Rates(flip=0.01), marks=pytest.mark.slow, id="damaged"),
+        pytest.param(Rates(drop=0.05), marks=pytest.mark.slow, id="lost"),
+        pytest.param(Rates(flip=0.01, drop=0.05), id="both"),
+    ],
 )
 def test_a_run_goes_on_at_one_percent_damaged_and_five_percent_lost(model: str, rates: Rates) -> None:
     """Eight seconds of a moving snake on a line that is bad in both directions."""

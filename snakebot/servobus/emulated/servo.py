@@ -108,8 +108,8 @@ class EmulatedServo:
 
     def get(self, name: str) -> int:
         """The value of a register."""
-        register = self.model[name]
-        return self.model.unpack(name, bytes(self.memory[register.address : register.end]))
+        register = self.model.registers[name]
+        return self.model.unpack(name, self.memory[register.address : register.end])
 
     def set(self, name: str, value: int) -> None:
         """Put a value into a register, whatever the servo would say to that."""
@@ -183,12 +183,14 @@ class EmulatedServo:
             if refused:
                 return refused | self.error
         before = bytes(self.memory)
-        self.memory[address : address + len(data)] = data
+        end = address + len(data)
+        self.memory[address:end] = data
         del self.memory[_MEMORY:]
         for name, register in self.model.registers.items():
+            if not (register.address < end and address < register.end):
+                continue
             touched = before[register.address : register.end] != self.memory[register.address : register.end]
-            written = register.address < address + len(data) and address < register.end
-            if written and (touched or name == "torque_enable"):
+            if touched or name == "torque_enable":
                 self._written(name, before)
         self.changed = True
         return self.error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from sessions import bench, make_session
 
 from snakebot.diagnosis import Diagnosis, diagnose
@@ -22,6 +23,7 @@ def values(found: Diagnosis, effect: str, parameter: str) -> list[float]:
     return [joint.estimate for joint in cause.parameters[parameter].by_joint]
 
 
+@pytest.mark.slow
 def test_three_effects_that_differ_from_joint_to_joint_are_three_causes() -> None:
     found = diagnose(make_session(bench(3), WORN, gaits=GAITS), quick=True)
     assert found.verdict == "explained"
@@ -36,6 +38,7 @@ def test_three_effects_that_differ_from_joint_to_joint_are_three_causes() -> Non
     assert closed > 0.95
 
 
+@pytest.mark.slow
 def test_a_fault_beside_the_wear_is_found() -> None:
     fault = "rate_limit:limit_rad_s=1.2,joints=2"
     found = diagnose(make_session(bench(3), (*WORN, fault), gaits=GAITS), quick=True)

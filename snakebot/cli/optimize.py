@@ -48,6 +48,11 @@ for; 1 internal error; 130 interrupted. With --live also those of `snakebot run`
 @click.option(
     "--within", metavar="RANGES", help="alpha and beta in deg, omega in rad/s: alpha=20..60,omega=1..4."
 )
+@click.option(
+    "--within-recorded",
+    is_flag=True,
+    help="Ask for no more omega, joint speed and torque than the recordings that ROBOT was calibrated on.",
+)
 @click.option("--fault", "faults", multiple=True, help="Broken joints: free:3, rigid:4+5, rigid:2=30.")
 @click.option(
     "--effect",
@@ -109,6 +114,7 @@ def command(
     aim: str,
     speed: float | None,
     within: str | None,
+    within_recorded: bool,
     faults: tuple[str, ...],
     effects: tuple[str, ...],
     margin: float,
@@ -146,13 +152,13 @@ def command(
     robot, ranges, beside = load_robot(robot_source), parse_within(within), load_gait(gait_source)
     if robust and not draws:
         raise BadInputError("--robust: needs --draws, the robots that the gait is to suit")
-    _check_live(port, logs, faults, dask)
+    _check_live(port, logs, faults, dask, within_recorded)
     if effects and port is None:
         further = tuple(str(spec) for spec in parse_effects(effects, robot))
         robot = robot.model_copy(update={"effects": (*robot.effects, *further)})
     options = Options(
         within=ranges, faults=_faults(faults, robot), margin=margin, torque_nm=torque, robust=robust, draws=draws,
-        seed=seed, amplitudes=amplitudes, grid=parse_grid(grid),
+        seed=seed, within_recorded=within_recorded, amplitudes=amplitudes, grid=parse_grid(grid),
     )  # fmt: skip
     folder = out or Path("results") / f"optimize_{robot.name}"
     if port is not None and logs is not None:
@@ -177,7 +183,9 @@ def _which(source: str, effects: tuple[str, ...]) -> str:
 _LIVE_OPTIONS = ("logs", "budget", "repeats", "yes", "fast")
 
 
-def _check_live(port: str | None, logs: Path | None, faults: tuple[str, ...], dask: str | None) -> None:
+def _check_live(
+    port: str | None, logs: Path | None, faults: tuple[str, ...], dask: str | None, within_recorded: bool
+) -> None:
     """
     Raises:
         BadInputError: an option that means something with --live only, or that it lacks or cannot have.
@@ -191,6 +199,10 @@ def _check_live(port: str | None, logs: Path | None, faults: tuple[str, ...], da
         raise BadInputError("--live: say where the logs go, as in --logs new_logs")
     elif dask is not None:
         raise BadInputError("--dask: not with --live, which runs on this computer")
+    elif within_recorded:
+        raise BadInputError(
+            "--within-recorded: not with --live, which runs the choice and tells what came of it"
+        )
     elif faults:
         raise BadInputError("--fault: not with --live; the diagnosis finds a broken joint itself")
 

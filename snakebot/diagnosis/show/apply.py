@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from snakebot.calibrated.recorded import reached
 from snakebot.diagnosis.result import Cause, Closure, Diagnosis
 from snakebot.effects.spec import parse_effect
 from snakebot.errors import BadInputError
 from snakebot.robot import Interval, Provenance, Robot, Tolerance
 
+if TYPE_CHECKING:
+    from snakebot.runlog import Run
 
-def calibrated(robot: Robot, diagnosis: Diagnosis) -> Robot:
+
+def calibrated(robot: Robot, diagnosis: Diagnosis, recordings: Iterable[Run] = ()) -> Robot:
     """``robot`` with the causes of a gap, wholly or partly explained, added to its own effects, and their source.
 
     The intervals of their parameters go along, and as the tolerance of its speed the error that is left on runs that
     nothing was fitted to. Of a robot without a gap that is all that is added: how far its speed is known.
+
+    Args:
+        recordings: those behind the diagnosis: how far they went is written down, too.
 
     Raises:
         BadInputError: the diagnosis says nothing that could be added.
@@ -33,7 +43,7 @@ def calibrated(robot: Robot, diagnosis: Diagnosis) -> Robot:
         for cause in causes
     }
     found = [interval for cause in causes for interval in _intervals(cause)]
-    return robot.model_copy(
+    made = robot.model_copy(
         update={
             "effects": effects,
             "intervals": (*robot.intervals, *found),
@@ -41,6 +51,8 @@ def calibrated(robot: Robot, diagnosis: Diagnosis) -> Robot:
             "tolerance": tolerance or robot.tolerance,
         }
     )
+    recorded = reached(made, recordings)
+    return made if recorded is None else made.model_copy(update={"recorded": recorded})
 
 
 def _tolerance_of_speed(stated: Tolerance, closure: Closure) -> Tolerance | None:

@@ -162,7 +162,8 @@ def command(
     )  # fmt: skip
     folder = out or Path("results") / f"optimize_{robot.name}"
     if port is not None and logs is not None:
-        _live(robot, goal, options, folder, port, logs, effects, as_json, live_options)
+        which = _which(robot_source, ()) + f" --port {shlex.quote(port)}"
+        _live(robot, goal, options, folder, port, logs, effects, as_json, live_options, which)
         return
     with _counter(as_json) as progress, Workers(dask) as workers:
         result = optimise(
@@ -209,7 +210,7 @@ def _check_live(
 
 def _live(
     robot: Robot, goal: Goal, options: Options, folder: Path, port: str, logs: Path, effects: tuple[str, ...],
-    as_json: bool, given: dict[str, Any],
+    as_json: bool, given: dict[str, Any], which: str,
 ) -> None:  # fmt: skip
     from snakebot.cli.optimize_live import Undertaking, confirmable, lines, optimize_live, reachable
     from snakebot.cli.run_options import RunOptions
@@ -228,7 +229,7 @@ def _live(
     files = [*save(optimum_figure(result), folder, "optimum"), gait_file(result, folder)]
 
     def show_both() -> None:
-        show(result, robot)
+        show(result, robot, which)
         for line in lines(goal, proof):
             click.echo(line)
 

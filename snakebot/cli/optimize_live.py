@@ -72,7 +72,9 @@ def optimize_live(asked: Undertaking, robot: Robot, say: Callable[[str], None]) 
     runs = _session(asked.folder / "diagnosis").runs
     try:
         known = calibrated(robot, found, runs)
-        write_all([(asked.folder / "calibrated.yaml", known.to_yaml())])
+        path = asked.folder / "calibrated.yaml"
+        write_all([(path, known.to_yaml())])
+        say(f"wrote {path}")
     except BadInputError:
         known = robot.model_copy(update={"recorded": reached(robot, runs)})
         say(f"The verdict is {found.verdict.replace('_', ' ')}: the description stays as it is.")

@@ -20,6 +20,7 @@ R = TypeVar("R")
 
 _SCHEDULER_ANSWERS = "5s"  # a dask scheduler on a local network answers well within a second
 _LOGGERS = ("distributed", "distributed.client", "tornado.application")  # each has a level of its own
+_WORKER_COMES_S = 10.0  # one that was just started; chosen
 _RETRIES = 3  # of a piece that fails on a worker, before it counts as failed
 _CANCELLED = (CancelledError, asyncio.CancelledError)
 
@@ -31,7 +32,7 @@ class Workers:
         dask: address of a dask.distributed scheduler; None: this process.
 
     Raises:
-        BadInputError: on entering: the extra is missing, or no scheduler answers there.
+        BadInputError: on entering: the extra is missing, no scheduler answers there, or it has no worker.
     """
 
     def __init__(self, dask: str | None = None) -> None:
@@ -56,6 +57,13 @@ class Workers:
         except (OSError, ValueError) as error:
             self._say_again()
             raise BadInputError(f"--dask {self.dask}: no scheduler answers there: {error}") from None
+        try:
+            self._client.wait_for_workers(1, timeout=_WORKER_COMES_S)
+        except (TimeoutError, OSError):
+            self.__exit__(None, None, None)
+            raise BadInputError(
+                f"--dask {self.dask}: the scheduler has no worker: start one, as by `dask worker {self.dask}`"
+            ) from None
         return self
 
     def __exit__(

@@ -103,6 +103,19 @@ def test_options_that_do_not_fit_are_refused(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
+def test_a_scheduler_without_workers_is_told_and_not_waited_for_for_ever(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from distributed import LocalCluster
+
+    monkeypatch.setattr("snakebot.cluster._WORKER_COMES_S", 0.5)
+    with LocalCluster(n_workers=0, dashboard_address=None, processes=False, protocol="tcp://") as alone:
+        address = alone.scheduler_address
+        with pytest.raises(BadInputError, match=f"has no worker: start one, as by `dask worker {address}`"):
+            Workers(address).__enter__()
+
+
 SCHEDULER = """
 import time
 from distributed import LocalCluster

@@ -220,7 +220,8 @@ def _live(
 
     run_options = RunOptions(port=port, effects=effects, yes=given["yes"], fast=given["fast"])
     check_port(port, robot, effects, virtual=run_options.fast)
-    if logs.exists() and (not logs.is_dir() or any(logs.iterdir())):
+    # Where somebody said no to the first run, there are folders and nothing in them.
+    if logs.exists() and (not logs.is_dir() or any(not path.is_dir() for path in logs.rglob("*"))):
         raise BadInputError(f"{logs}: holds something already; give a new folder for the logs")
     confirmable(run_options)
     reachable(run_options, robot)

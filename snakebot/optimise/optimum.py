@@ -95,6 +95,8 @@ def optimise(
     space, simulator = options.space(robot), options.simulator(robot, None, progress, workers)
     search = Search(simulator, space, goal)
     best = _best(search, robot, options.grid)
+    search.sharpen_front(options.grid)
+    best = search.no_worse_than_seen(best, options.grid)
     others = 0  # gaits simulated elsewhere
     judge = simulator
     if options.robust and options.draws:
@@ -115,7 +117,6 @@ def optimise(
         gaits.append((label, row_of(gait)))
     told = promises(robot, gaits, options, progress, workers)
     others += len(gaits) * (1 + options.draws)
-    search.sharpen_front(options.grid)
     front = _front(search, simulator)
     seen = search.all_seen()[1]
     return Optimum(

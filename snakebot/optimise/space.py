@@ -112,12 +112,9 @@ class Space:
     def alpha_most_rad(self) -> float:
         """Largest amplitude that range and limits allow, at the lowest omega."""
         speed, acceleration = swing(self.omega_rad_s[0])
-        return min(
-            self.alpha_rad[1],
-            self.angle_rad,
-            self.speed_rad_s / speed,
-            self.acceleration_rad_s2 / acceleration,
-        )
+        # Of these alphas, rounding must not leave less than that omega.
+        fast = min(self.speed_rad_s / speed, self.acceleration_rad_s2 / acceleration) * (1 - 1e-12)
+        return max(self.alpha_rad[0], min(self.alpha_rad[1], self.angle_rad, fast))
 
     @property
     def torque_most(self) -> float:

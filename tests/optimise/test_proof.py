@@ -177,3 +177,20 @@ def test_live_ends_with_the_line_that_runs_the_choice_on_that_robot_and_board(
     assert ended.value.code == 0
     (line,) = [text for text in said if text.startswith("snakebot run")]
     assert line.endswith(f" --robot {mine} --port sim:")
+
+
+@pytest.mark.parametrize(
+    ("held", "said"), [("", "nobody to ask"), ("live_01.mcap", "holds something already")]
+)
+def test_folders_that_a_no_left_behind_are_as_good_as_new(
+    held: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    folder = Path("x") / "diagnosis"
+    folder.mkdir(parents=True)
+    if held:
+        (folder / held).touch()
+    with pytest.raises(SystemExit) as ended:
+        main(["optimize", "penn_state", "--for", "speed", "--live", "sim:", "--logs", "x"])
+    assert ended.value.code == 2
+    assert said in capsys.readouterr().err

@@ -132,6 +132,17 @@ class Interval(_Model):
         return self
 
 
+class Recorded(_Model):
+    """How far the recordings went that the description was calibrated on: what a joint does beyond, nobody has seen.
+
+    ``torque_nm`` is that of the calibrated simulation on these recordings, None without a body.
+    """
+
+    omega_rad_s: Positive | None = None  # of the fastest gait; None: there was none
+    joint_speed_rad_s: tuple[NonNegative, ...]  # one a joint, asked for
+    torque_nm: tuple[NonNegative, ...] | None = None  # one a joint
+
+
 class Body(_Model):
     """The chain of rigid links: n links of half length l, mass m each, inertia J = m l^2 / 3 about the centre."""
 
@@ -170,6 +181,7 @@ class Robot(_Model):
     servos: tuple[JointServo, ...] | None = None  # one a joint, in the order of the chain
     effects: tuple[str, ...] = ()  # in the grammar of --effect; part of this robot's simulation
     intervals: tuple[Interval, ...] = ()  # of the numbers in ``effects``
+    recorded: Recorded | None = None  # as ``snakebot diagnose --apply`` found it
     provenance: Mapping[str, Provenance] = {}
 
     @model_validator(mode="before")
@@ -211,6 +223,14 @@ class Robot(_Model):
                 raise ValueError(f"servos has the id {twice[0]} twice")
         return self
 
+    @model_validator(mode="after")
+    def _one_recorded_a_joint(self) -> Robot:
+        for key in ("joint_speed_rad_s", "torque_nm"):
+            value = None if self.recorded is None else getattr(self.recorded, key)
+            if value is not None and len(value) != self.joints:
+                raise ValueError(f"recorded.{key} has {len(value)} values for {self.joints} joints")
+        return self
+
     @property
     def angle_limit_rad(self) -> tuple[float, ...]:
         """Largest angle either side of zero, a joint."""
@@ -239,6 +259,8 @@ class Robot(_Model):
                 del data["tolerance"][left]
         if not data["intervals"]:
             del data["intervals"]
+        if data["recorded"] is None:
+            del data["recorded"]
         if body is not None:
             data.pop("joints")
             data.update(body)
@@ -286,6 +308,7 @@ def _check_keys(data: Mapping[Any, Any], where: str, lines: Lines) -> None:
         ((), data, ("schema", *_BODY_KEYS, *Robot.model_fields)),
         (("friction",), data.get("friction"), tuple(Friction.model_fields)),
         (("limits",), data.get("limits"), tuple(Limits.model_fields)),
+        (("recorded",), data.get("recorded"), tuple(Recorded.model_fields)),
     ]
     provenance = data.get("provenance")
     if isinstance(provenance, Mapping):

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import logging
+import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,7 +18,7 @@ from sessions import bench, make_session
 from snakebot.cli.main import main
 from snakebot.cluster import Workers
 from snakebot.diagnosis.many import diagnose_many
-from snakebot.errors import BadInputError
+from snakebot.errors import BadInputError, SnakebotError
 from snakebot.optimise.goal import Goal
 from snakebot.optimise.optimum import optimise
 from snakebot.optimise.promise import Options
@@ -97,6 +101,55 @@ def test_options_that_do_not_fit_are_refused(
     assert ended.value.code == 2
     assert said in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_a_scheduler_without_workers_is_told_and_not_waited_for_for_ever(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from distributed import LocalCluster
+
+    monkeypatch.setattr("snakebot.cluster._WORKER_COMES_S", 0.5)
+    with LocalCluster(n_workers=0, dashboard_address=None, processes=False, protocol="tcp://") as alone:
+        address = alone.scheduler_address
+        with pytest.raises(BadInputError, match=f"has no worker: start one, as by `dask worker {address}`"):
+            Workers(address).__enter__()
+
+
+SCHEDULER = """
+import time
+from distributed import LocalCluster
+if __name__ == "__main__":
+    made = LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address=None, processes=False, protocol="tcp://"
+    )
+    print(made.scheduler_address, flush=True)
+    time.sleep(600)
+"""
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_goes_away_is_one_line(tmp_path: Path) -> None:
+    """Of another process, as at a lab: dask writes tracebacks of its own, and hands errors over as results."""
+    script = tmp_path / "scheduler.py"
+    script.write_text(SCHEDULER)
+    there = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
+    try:
+        assert there.stdout is not None
+        address = there.stdout.readline().strip()
+        level = logging.getLogger("distributed.client").level
+        pieces = dict.fromkeys(range(50), (0.2,))
+        with Workers(address) as workers, pytest.raises(SnakebotError, match="scheduler is gone") as told:
+            for _, result in workers.results(time.sleep, pieces):
+                assert result is None
+                there.kill()
+        assert "\n" not in str(told.value)
+        assert logging.getLogger("distributed.client").level == level
+    finally:
+        there.kill()
+        there.wait()
+        if there.stdout is not None:
+            there.stdout.close()
 
 
 @pytest.mark.slow

@@ -11,6 +11,8 @@ from snakebot.errors import BadInputError
 if TYPE_CHECKING:
     from snakebot.control import RunSettings
 
+MOST_DEG = 360.0  # of a direction that is typed
+
 
 def steered(
     settings: RunSettings, heading_deg: float | None, line: str | None, pose: str | None
@@ -29,6 +31,8 @@ def steered(
         raise BadInputError("give --heading or --line, not both")
     course = parse_line(line) if line is not None else None
     if heading_deg is not None:
+        if abs(heading_deg) > MOST_DEG:  # a typing error, as in --line and --start
+            raise BadInputError(f"--heading {heading_deg:g}: within {MOST_DEG:g} deg")
         course = Course.of_heading(heading_deg)
     return replace(settings, course=course, pose=None if pose is None else parse_pose_source(pose))
 
@@ -48,7 +52,7 @@ def parse_start(text: str | None) -> tuple[float, float, float] | None:
     if (
         not all(map(math.isfinite, (x, y, heading_deg)))
         or max(abs(x), abs(y)) > 1e3
-        or abs(heading_deg) > 360
+        or abs(heading_deg) > MOST_DEG
     ):
-        raise BadInputError(f"--start {text}: within 1000 m and 360 deg")
+        raise BadInputError(f"--start {text}: within 1000 m and {MOST_DEG:g} deg")
     return x, y, math.radians(heading_deg)

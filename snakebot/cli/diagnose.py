@@ -188,7 +188,7 @@ def command(
         from snakebot.diagnosis.show.apply import calibrated
 
         try:
-            outputs.append((apply_path, calibrated(session.robot, found).to_yaml()))
+            outputs.append((apply_path, calibrated(session.robot, found, session.runs).to_yaml()))
         except BadInputError as error:
             refused = error  # the verdict stands all the same
     write_all(outputs)

@@ -48,6 +48,11 @@ for; 1 internal error; 130 interrupted. With --live also those of `snakebot run`
 @click.option(
     "--within", metavar="RANGES", help="alpha and beta in deg, omega in rad/s: alpha=20..60,omega=1..4."
 )
+@click.option(
+    "--within-recorded",
+    is_flag=True,
+    help="Ask for no more omega, joint speed and torque than the recordings that ROBOT was calibrated on.",
+)
 @click.option("--fault", "faults", multiple=True, help="Broken joints: free:3, rigid:4+5, rigid:2=30.")
 @click.option(
     "--effect",
@@ -109,6 +114,7 @@ def command(
     aim: str,
     speed: float | None,
     within: str | None,
+    within_recorded: bool,
     faults: tuple[str, ...],
     effects: tuple[str, ...],
     margin: float,
@@ -146,17 +152,18 @@ def command(
     robot, ranges, beside = load_robot(robot_source), parse_within(within), load_gait(gait_source)
     if robust and not draws:
         raise BadInputError("--robust: needs --draws, the robots that the gait is to suit")
-    _check_live(port, logs, faults, dask)
+    _check_live(port, logs, faults, dask, within_recorded)
     if effects and port is None:
         further = tuple(str(spec) for spec in parse_effects(effects, robot))
         robot = robot.model_copy(update={"effects": (*robot.effects, *further)})
     options = Options(
         within=ranges, faults=_faults(faults, robot), margin=margin, torque_nm=torque, robust=robust, draws=draws,
-        seed=seed, amplitudes=amplitudes, grid=parse_grid(grid),
+        seed=seed, within_recorded=within_recorded, amplitudes=amplitudes, grid=parse_grid(grid),
     )  # fmt: skip
     folder = out or Path("results") / f"optimize_{robot.name}"
     if port is not None and logs is not None:
-        _live(robot, goal, options, folder, port, logs, effects, as_json, live_options)
+        which = _which(robot_source, ()) + f" --port {shlex.quote(port)}"
+        _live(robot, goal, options, folder, port, logs, effects, as_json, live_options, which)
         return
     with _counter(as_json) as progress, Workers(dask) as workers:
         result = optimise(
@@ -177,7 +184,9 @@ def _which(source: str, effects: tuple[str, ...]) -> str:
 _LIVE_OPTIONS = ("logs", "budget", "repeats", "yes", "fast")
 
 
-def _check_live(port: str | None, logs: Path | None, faults: tuple[str, ...], dask: str | None) -> None:
+def _check_live(
+    port: str | None, logs: Path | None, faults: tuple[str, ...], dask: str | None, within_recorded: bool
+) -> None:
     """
     Raises:
         BadInputError: an option that means something with --live only, or that it lacks or cannot have.
@@ -191,13 +200,17 @@ def _check_live(port: str | None, logs: Path | None, faults: tuple[str, ...], da
         raise BadInputError("--live: say where the logs go, as in --logs new_logs")
     elif dask is not None:
         raise BadInputError("--dask: not with --live, which runs on this computer")
+    elif within_recorded:
+        raise BadInputError(
+            "--within-recorded: not with --live, which runs the choice and tells what came of it"
+        )
     elif faults:
         raise BadInputError("--fault: not with --live; the diagnosis finds a broken joint itself")
 
 
 def _live(
     robot: Robot, goal: Goal, options: Options, folder: Path, port: str, logs: Path, effects: tuple[str, ...],
-    as_json: bool, given: dict[str, Any],
+    as_json: bool, given: dict[str, Any], which: str,
 ) -> None:  # fmt: skip
     from snakebot.cli.optimize_live import Undertaking, confirmable, lines, optimize_live, reachable
     from snakebot.cli.run_options import RunOptions
@@ -207,7 +220,8 @@ def _live(
 
     run_options = RunOptions(port=port, effects=effects, yes=given["yes"], fast=given["fast"])
     check_port(port, robot, effects, virtual=run_options.fast)
-    if logs.exists() and (not logs.is_dir() or any(logs.iterdir())):
+    # Where somebody said no to the first run, there are folders and nothing in them.
+    if logs.exists() and (not logs.is_dir() or any(not path.is_dir() for path in logs.rglob("*"))):
         raise BadInputError(f"{logs}: holds something already; give a new folder for the logs")
     confirmable(run_options)
     reachable(run_options, robot)
@@ -216,7 +230,7 @@ def _live(
     files = [*save(optimum_figure(result), folder, "optimum"), gait_file(result, folder)]
 
     def show_both() -> None:
-        show(result, robot)
+        show(result, robot, which)
         for line in lines(goal, proof):
             click.echo(line)
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from snakebot.cli.diagnose_live import Live, live, run_one, stoppable, told_what_is_left
 from snakebot.cli.live_story import Story
+from snakebot.cli.optimize_show import beyond_words
 from snakebot.cli.study_output import table_text
 from snakebot.errors import BadInputError
 from snakebot.whole_files import write_all
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from snakebot.optimise.promise import Options, Promise
     from snakebot.optimise.proof import Measured, Proof
     from snakebot.robot import Robot
+    from snakebot.runlog import Session
 
 CYCLES = 6  # of a run that counts, between its ramps; chosen
 
@@ -57,6 +59,7 @@ def optimize_live(asked: Undertaking, robot: Robot, say: Callable[[str], None]) 
         BoardFaultError: an emergency stop, in a run or between two.
         SnakebotError: a run failed; see ``snakebot run``.
     """
+    from snakebot.calibrated.recorded import reached
     from snakebot.diagnosis.show.apply import calibrated
     from snakebot.optimise.optimum import optimise
     from snakebot.optimise.proof import neighbours, prove
@@ -66,14 +69,19 @@ def optimize_live(asked: Undertaking, robot: Robot, say: Callable[[str], None]) 
         robot, asked.goal, asked.options
     )  # what cannot be reached is refused before anything moves
     found = live(Live(asked.folder / "diagnosis", asked.budget, asked.run_options), robot, _diagnosed, say)
+    runs = _session(asked.folder / "diagnosis").runs
     try:
-        known = calibrated(robot, found)
-        write_all([(asked.folder / "calibrated.yaml", known.to_yaml())])
+        known = calibrated(robot, found, runs)
+        path = asked.folder / "calibrated.yaml"
+        write_all([(path, known.to_yaml())])
+        say(f"wrote {path}")
     except BadInputError:
-        known = robot
+        known = robot.model_copy(update={"recorded": reached(robot, runs)})
         say(f"The verdict is {found.verdict.replace('_', ' ')}: the description stays as it is.")
     say("Choosing on the calibrated description.")
     chosen = optimise(known, asked.goal, asked.options)
+    for line in beyond_words(chosen.found):
+        say(line)
     around = neighbours(known, chosen.found, asked.options)
     plain = _on(known, nominal.found, asked.options)
     plan = Live(asked.folder / "gaits", asked.budget, asked.run_options)
@@ -86,14 +94,19 @@ def optimize_live(asked: Undertaking, robot: Robot, say: Callable[[str], None]) 
 
 
 def _diagnosed(folder: Path) -> Diagnosis:
+    from snakebot.diagnosis import diagnose
+
+    return diagnose(_session(folder))
+
+
+def _session(folder: Path) -> Session:
     from dataclasses import replace
 
-    from snakebot.diagnosis import diagnose
     from snakebot.runlog import open_session
     from snakebot.runlog.repeats import mark_repeats
 
     session = open_session(folder)
-    return diagnose(replace(session, runs=mark_repeats(session.runs)))
+    return replace(session, runs=mark_repeats(session.runs))
 
 
 def _on(robot: Robot, promise: Promise, options: Options) -> Promise:

@@ -83,6 +83,9 @@ def _words(result: Optimum, which: str, *, known: bool) -> Iterator[str]:
             f"Over {result.draws} robots as the description may mean: at the worst {found.speed_worst_m_s:.4f} m/s, "
             f"{found.power_worst_w:.3f} W{'; the choice has the best worst case' if result.robust else ''}."
         )
+    yield from beyond_words(found)
+    if found.beyond:
+        yield "Before you rely on it: record this gait and diagnose again, or choose with --within-recorded."
     if not known:
         yield "A fitted effect of this description has no interval: what it adds is not in the 95 %."
     if abs(found.turn_deg) > 1:
@@ -92,3 +95,13 @@ def _words(result: Optimum, which: str, *, known: bool) -> Iterator[str]:
         yield f"Amplitudes of the joints, from the tail on: {each} deg; the front is that of equal ones."
     wave = f"--alpha {found.alpha_deg:.2f} --beta {found.beta_deg:.2f} --omega {found.omega_rad_s:.4f}"
     yield f"snakebot run {wave}{found.gait.shares_option}{which}"
+
+
+def beyond_words(found: Promise) -> Iterator[str]:
+    """What a gait asks for that the recordings do not tell, and what that may cost."""
+    if not found.beyond:
+        return
+    asked = ", ".join(map(str, found.beyond))
+    yield f"Beyond the recordings: {asked}. What shows only there is not in the 95 %."
+    if found.speed_no_more_m_s is not None:
+        yield f"If the servos can do no more than was recorded, it makes {found.speed_no_more_m_s:.4f} m/s."

@@ -19,7 +19,6 @@ from snakebot.optimise.outcomes import Progress, Simulator
 from snakebot.optimise.promise import Options, Promise, drawn, promise_of, promises, row_of
 from snakebot.optimise.search import Search
 from snakebot.optimise.shape import shaped
-from snakebot.optimise.space import Space
 from snakebot.studies.pareto import front_of
 
 if TYPE_CHECKING:
@@ -93,21 +92,15 @@ def optimise(
     options = options or Options()
     if options.torque_nm is not None and not options.torque_nm > 0:
         raise BadInputError(f"--torque {options.torque_nm:g}: a torque is above zero")
-    space = Space.of(robot, options.within, margin=options.margin, torque_given=options.torque_nm is not None)
-    simulator = Simulator(
-        [(robot, options.faults)], torque_nm=options.torque_nm, progress=progress, workers=workers
-    )
+    space, simulator = options.space(robot), options.simulator(robot, None, progress, workers)
     search = Search(simulator, space, goal)
     best = _best(search, robot, options.grid)
+    search.sharpen_front(options.grid)
+    best = search.no_worse_than_seen(best, options.grid)
     others = 0  # gaits simulated elsewhere
     judge = simulator
     if options.robust and options.draws:
-        judge = Simulator(
-            drawn(robot, options)[:ROBUST_DRAWS],
-            torque_nm=options.torque_nm,
-            progress=progress,
-            workers=workers,
-        )
+        judge = options.simulator(robot, drawn(robot, options)[:ROBUST_DRAWS], progress, workers)
         best = _robust(search, judge, best)
     gaits = [("found", best)]
     if options.amplitudes != "equal":
@@ -124,7 +117,6 @@ def optimise(
         gaits.append((label, row_of(gait)))
     told = promises(robot, gaits, options, progress, workers)
     others += len(gaits) * (1 + options.draws)
-    search.sharpen_front(options.grid)
     front = _front(search, simulator)
     seen = search.all_seen()[1]
     return Optimum(
@@ -183,10 +175,7 @@ def _nominal(
 ) -> tuple[Floats | None, int]:
     """What the choice would be if the robot had no effects but broken joints; None where nothing would do."""
     plain = robot.model_copy(update={"effects": ()})
-    space = Space.of(plain, options.within, margin=options.margin, torque_given=options.torque_nm is not None)
-    simulator = Simulator(
-        [(plain, options.faults)], torque_nm=options.torque_nm, progress=progress, workers=workers
-    )
+    space, simulator = options.space(plain), options.simulator(plain, None, progress, workers)
     try:
         return _best(Search(simulator, space, goal), plain, options.grid), simulator.simulated
     except BadInputError:

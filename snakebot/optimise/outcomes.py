@@ -35,6 +35,7 @@ QUICK_STEPS = 160
 
 PIECE, SWEPT_PIECE = 8, 128  # gaits handed to a worker at once: a tenth of a second's work or more; chosen
 
+TorqueNm = float | tuple[float, ...] | None
 Progress = Callable[[int], None]  # gaits simulated since the last call
 
 
@@ -85,7 +86,8 @@ class Simulator:
     Args:
         robots: each with effects that come to its own; all have as many joints.
         workers: of a cluster, that do it instead of this process; the results are the same.
-        torque_nm: what each servo has, where the description does not say; None: as much as is asked for.
+        torque_nm: what each servo has, where the description does not say, for all joints or one a joint; None: as
+            much as is asked for.
 
     Raises:
         BadInputError: a robot without a body, or an effect that does not fit it.
@@ -95,7 +97,7 @@ class Simulator:
         self,
         robots: Sequence[tuple[Robot, Iterable[EffectSpec]]],
         *,
-        torque_nm: float | None = None,
+        torque_nm: TorqueNm = None,
         threads: int | None = None,
         progress: Progress | None = None,
         workers: Workers | None = None,
@@ -207,7 +209,7 @@ class Simulator:
 
 
 def piece(
-    robot: Robot, specs: Iterable[EffectSpec], torque_nm: float | None, gaits: Floats, thorough: bool
+    robot: Robot, specs: Iterable[EffectSpec], torque_nm: TorqueNm, gaits: Floats, thorough: bool
 ) -> Outcomes:
     """Some gaits of one robot, on one core: what a worker of a cluster is asked."""
     return Simulator([(robot, specs)], torque_nm=torque_nm, threads=1)(gaits, thorough=thorough)
@@ -236,7 +238,7 @@ def steady_motion(
     return float(np.hypot(np.diff(x), np.diff(y)).mean() / period_s), float(np.diff(heading).mean())
 
 
-def _torque_limit_nm(rows: Floats, given_nm: float | None) -> Floats:
+def _torque_limit_nm(rows: Floats, given_nm: TorqueNm) -> Floats:
     """(joints,) torque of each servo: its limit, or that at which it stalls; infinite where it is not known."""
     limit = rows[:, layout.TORQUE_LIMIT_NM].copy()
     drop = rows[:, layout.RATE_DROP_PER_NM]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees
 from typing import TYPE_CHECKING
 
@@ -13,8 +13,9 @@ from snakebot.arrays import Floats
 from snakebot.cluster import Workers
 from snakebot.effects import EffectSpec
 from snakebot.gait import Gait
-from snakebot.optimise.outcomes import Outcomes, Progress, Simulator
+from snakebot.optimise.outcomes import Outcomes, Progress, Simulator, TorqueNm
 from snakebot.optimise.posterior import draws, interval
+from snakebot.optimise.reach import Beyond, Reach, beyond, no_more
 from snakebot.optimise.search import GRID
 from snakebot.optimise.shape import Amplitudes
 from snakebot.optimise.space import Space
@@ -37,6 +38,8 @@ class Options:
         robust: the best worst case instead of the best promise.
         draws: robots behind the intervals; 0: no interval.
         grid: alphas, betas and omegas of the first look.
+        within_recorded: ask for no more omega, joint speed and torque than the recordings that the description was
+            calibrated on.
         amplitudes: of the joints: all equal, a taper from tail to head, or each its own (``shape``).
     """
 
@@ -48,7 +51,44 @@ class Options:
     draws: int = DRAWS
     seed: int = 0
     grid: tuple[int, int, int] = GRID
+    within_recorded: bool = False
     amplitudes: Amplitudes = "equal"
+
+    def space(self, robot: Robot) -> Space:
+        """Where to look.
+
+        Raises:
+            BadInputError: the limits of the robot, or of what was recorded, leave no gait, or nothing was recorded.
+        """
+        if not self.within_recorded:
+            return Space.of(robot, self.within, margin=self.margin, torque_given=self.torque_nm is not None)
+        reach = self._reach(robot)
+        given = self.torque_nm is not None or reach.torque_nm is not None
+        return Space.of(
+            robot, reach.within, margin=self.margin, torque_given=given,
+            joint_speed_rad_s=reach.joint_speed_rad_s,
+        )  # fmt: skip
+
+    def torque(self, robot: Robot) -> TorqueNm:
+        """What each servo may be asked for, beside the limits in its description."""
+        recorded = self._reach(robot).torque_nm if self.within_recorded else None
+        if recorded is None or self.torque_nm is None:
+            return recorded or self.torque_nm
+        return tuple(min(self.torque_nm, end) for end in recorded)
+
+    def simulator(
+        self,
+        robot: Robot,
+        robots: Sequence[tuple[Robot, tuple[EffectSpec, ...]]] | None = None,
+        progress: Progress | None = None,
+        workers: Workers | None = None,
+    ) -> Simulator:
+        """Of the robot, broken as asked for; or of ``robots`` that it may be."""
+        asked = [(robot, self.faults)] if robots is None else robots
+        return Simulator(asked, torque_nm=self.torque(robot), progress=progress, workers=workers)
+
+    def _reach(self, robot: Robot) -> Reach:
+        return Reach.of(robot, self.within, self.margin)
 
 
 @dataclass(frozen=True)
@@ -70,6 +110,10 @@ class Promise:
     speed_worst_m_s: float | None = None  # of the draws
     power_worst_w: float | None = None
     amplitudes: tuple[float, ...] = ()  # shares of alpha, a joint each; none: equal
+    beyond: tuple[Beyond, ...] = ()  # what it asks for more of than the recordings did
+    speed_no_more_m_s: float | None = (
+        None  # if the servos can do no more than there; None: it asks for no more
+    )
 
     @property
     def gait(self) -> Gait:
@@ -97,20 +141,31 @@ def promises(
     if any(len(gait) > 3 for _, gait in gaits):
         ones = np.ones(robot.joints)
         gaits = [(what, gait if len(gait) > 3 else np.append(gait, ones)) for what, gait in gaits]
-    space = Space.of(robot, options.within, margin=options.margin, torque_given=options.torque_nm is not None)
-    table = np.array([gait for _, gait in gaits])
-    outcomes = Simulator(
-        [(robot, options.faults)], torque_nm=options.torque_nm, progress=progress, workers=workers
-    )(table)
+    space, table = options.space(robot), np.array([gait for _, gait in gaits])
+    outcomes = options.simulator(robot, None, progress, workers)(table)
     many = None
     if options.draws:
-        many = Simulator(
-            drawn(robot, options), torque_nm=options.torque_nm, progress=progress, workers=workers
-        )(table)
-    return [
+        many = options.simulator(robot, drawn(robot, options), progress, workers)(table)
+    told = [
         promise_of(what, gait, outcomes, i, space, many, robot.tolerance, options.seed)
         for i, (what, gait) in enumerate(gaits)
     ]
+    return _against_recordings(robot, told, table, options, workers)
+
+
+def _against_recordings(
+    robot: Robot, told: list[Promise], gaits: Floats, options: Options, workers: Workers | None
+) -> list[Promise]:
+    """The promises, with what they ask for beyond the recordings, and what is left without."""
+    if robot.recorded is None:
+        return told
+    rows = [beyond(robot.recorded, gait, one.torque_nm) for one, gait in zip(told, gaits, strict=True)]
+    limits, far = no_more(robot, options.faults), [i for i, row in enumerate(rows) if row]
+    left: dict[int, float] = {}
+    if limits and far:
+        ended = options.simulator(robot, [(robot, (*options.faults, *limits))], None, workers)(gaits[far])
+        left = dict(zip(far, ended.speed_m_s[0].tolist(), strict=True))
+    return [replace(one, beyond=rows[i], speed_no_more_m_s=left.get(i)) for i, one in enumerate(told)]
 
 
 def drawn(robot: Robot, options: Options) -> list[tuple[Robot, tuple[EffectSpec, ...]]]:

@@ -14,7 +14,6 @@ import numpy as np
 
 from snakebot.optimise.goal import Goal
 from snakebot.optimise.promise import Options, Promise, promises
-from snakebot.optimise.space import Space
 
 if TYPE_CHECKING:
     from snakebot.gait import Gait
@@ -111,7 +110,7 @@ def prove(
 
 def neighbours(robot: Robot, found: Promise, options: Options) -> list[Promise]:
     """Gaits a little off the choice, with what is promised of them."""
-    space = Space.of(robot, options.within, margin=options.margin, torque_given=options.torque_nm is not None)
+    space = options.space(robot)
     centre = found.row
     off = np.array([[centre[0] * a, centre[1] + b, centre[2] * w, *centre[3:]] for a, b, w in STEPS])
     kept = np.unique(space.nearest(off).round(6), axis=0)

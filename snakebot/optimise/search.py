@@ -26,6 +26,7 @@ STARTS = 3  # places of the grid from which it goes uphill
 SHORTEST = 1 / 16  # of the grid's spacing: the last step, about a degree and a hundredth of omega
 MOST_STEPS = 16  # of one way uphill; chosen
 BRIEF_TORQUE = 0.97  # of the torque that a gait may take; chosen
+SEEN = 12  # of the gaits seen on the way, which are looked at closely; chosen
 OMEGA_TRIES = 6  # to bring a speed about
 
 
@@ -103,10 +104,15 @@ class Search:
         *,
         first: float = 0.5,
         shortest: float = SHORTEST,
+        thorough: bool = False,
     ) -> tuple[Floats, float]:
-        """The best gait found from a start (3,), or (3 + joints,) with shares that stay, and its score."""
+        """The best gait found from a start (3,), or (3 + joints,) with shares that stay, and its score.
+
+        Args:
+            thorough: look at each step at length, and not at the last one alone.
+        """
         spacing = self._spacing(size)
-        best, score = (found[0] for found in self.tried(start[None, :], thorough=False))
+        best, score = (found[0] for found in self.tried(start[None, :], thorough=thorough))
         step = first
         for _ in range(MOST_STEPS):
             if step < shortest:
@@ -114,13 +120,26 @@ class Search:
             places = _coordinates(best) + step * spacing * _stencil(2 if self.goal.speed_m_s else 3)
             gaits = self.space.nearest(_gaits(places, best[3:]))
             gaits = gaits[np.abs(gaits - best).max(axis=1) > 1e-9]
-            tried, scores = self.tried(np.unique(gaits, axis=0), thorough=False)
+            tried, scores = self.tried(np.unique(gaits, axis=0), thorough=thorough)
             if len(scores) and scores.max() > score:
                 best, score = tried[np.argmax(scores)], scores.max()
             else:
                 step /= 2
         at_length, scores = self.tried(best[None, :])
         return at_length[0], float(scores[0])
+
+    def no_worse_than_seen(self, best: Floats, size: tuple[int, int, int] = GRID) -> Floats:
+        """``best``, or a gait that beats it at length: uphill from the best ones that were seen on the way, and, where
+        there is a limit of torque, nearer to it than brief looks dare to go.
+        """
+        gaits, outcomes = self.all_seen()
+        order = np.argsort(-self.scores(outcomes), kind="stable")[:SEEN]
+        tried, scores = self.tried(np.unique(np.concatenate([best[None, :], gaits[order]]), axis=0))
+        seen = tried[np.argmax(scores)]
+        limited = bool(np.isfinite(self.space.torque_most) and self.look(seen[None, :]).torque_use.max() > 0)
+        if not limited and np.array_equal(seen, best):
+            return best
+        return self.uphill(seen, size, first=0.25, thorough=True)[0]
 
     def sharpen_front(self, size: tuple[int, int, int] = GRID, rounds: int = 2) -> None:
         """Look at the neighbours in alpha and beta of the gaits on the front, nearer each round."""

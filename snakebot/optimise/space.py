@@ -23,6 +23,7 @@ WITHIN: Mapping[str, tuple[float, float]] = {
     "beta": (6.0, 180.0),  # deg
     "omega": (0.5, 5.0),  # rad/s
 }
+_EXAMPLES = {"alpha": "alpha=20..60", "beta": "beta=40..120", "omega": "omega=1..4"}
 UNITS = {"alpha": "deg", "beta": "deg", "omega": "rad/s"}
 MOST_OF_GRID = 100  # alphas, betas or omegas; chosen
 BINDING = 0.99  # share of a limit from which it is said to bind; chosen
@@ -73,8 +74,12 @@ class Space:
         *,
         margin: float = 0.0,
         torque_given: bool = False,
+        joint_speed_rad_s: float = math.inf,
     ) -> Space:
         """
+        Args:
+            joint_speed_rad_s: a tighter limit of the joints' speed than the robot's own.
+
         Raises:
             BadInputError: the robot's limits leave no gait in these ranges, or the margin is no share.
         """
@@ -86,7 +91,7 @@ class Space:
             _radians(ranges["beta"]),
             ranges["omega"],
             min(robot.angle_limit_rad),
-            min(robot.speed_limit_rad_s),
+            min(*robot.speed_limit_rad_s, joint_speed_rad_s),
             min(robot.acceleration_limit_rad_s2),
             margin,
             torque_given,
@@ -97,8 +102,9 @@ class Space:
             )
         if space.omega_most(np.array(space.alpha_rad[0])) < space.omega_rad_s[0]:
             raise BadInputError(
-                f"no gait within {_said(ranges)}: robot {robot.name!r} allows joints {space.speed_rad_s:g} rad/s "
-                f"and {space.acceleration_rad_s2:g} rad/s2"
+                f"no gait within {_said(ranges)}: "
+                + ("what was recorded" if space.speed_rad_s == joint_speed_rad_s else f"robot {robot.name!r}")
+                + f" allows joints {space.speed_rad_s:g} rad/s and {space.acceleration_rad_s2:g} rad/s2"
             )
         return space
 
@@ -106,12 +112,9 @@ class Space:
     def alpha_most_rad(self) -> float:
         """Largest amplitude that range and limits allow, at the lowest omega."""
         speed, acceleration = swing(self.omega_rad_s[0])
-        return min(
-            self.alpha_rad[1],
-            self.angle_rad,
-            self.speed_rad_s / speed,
-            self.acceleration_rad_s2 / acceleration,
-        )
+        # Of these alphas, rounding must not leave less than that omega.
+        fast = min(self.speed_rad_s / speed, self.acceleration_rad_s2 / acceleration) * (1 - 1e-12)
+        return max(self.alpha_rad[0], min(self.alpha_rad[1], self.angle_rad, fast))
 
     @property
     def torque_most(self) -> float:
@@ -189,7 +192,7 @@ def parse_within(text: str | None) -> dict[str, tuple[float, float]]:
             ends, dots = (math.nan, math.nan), ""
         if not (equals and dots and all(map(math.isfinite, ends))):
             raise BadInputError(
-                f"--within {part.strip()!r}: two numbers with .. between, as in {name}=20..60"
+                f"--within {part.strip()!r}: two numbers with .. between, as in {_EXAMPLES[name]}"
             )
         if name in found:
             raise BadInputError(f"--within: {name} is given twice")

@@ -8,21 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from blind.gait_course import AIM, BODY_M, GAIT, ROBOT, SETTLED, TROUBLES, Trouble, held
 from blind.robot import Parameters, real_robot
 from blind.wire_plant import BlindPlant
 
 from snakebot.board import Board
 from snakebot.clock import VirtualClock
 from snakebot.control import RunSettings, plan_run, record
-from snakebot.gait import Gait
-from snakebot.robot import load_robot
 from snakebot.runlog import read_log
 from snakebot.softboard import InProcessLink, SoftBoard
 from snakebot.steering import parse_line
 
-ROBOT = load_robot("penn_state")
-GAIT = Gait.from_degrees(37, 80, 2)
-BODY_M = 0.96
 SEED = 3  # of the robot's own numbers; those from 5 on are sealed
 
 
@@ -65,3 +61,21 @@ def test_after_two_body_lengths_it_is_within_a_tenth_of_one(
     assert np.abs(aside[beyond]).max() < 0.1 * BODY_M
     assert np.abs(log.sent_rad).max() <= ROBOT.angle_limit_rad[0]
     assert recorded.progress.clamped == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("trouble", TROUBLES[1:], ids=lambda trouble: trouble.words)
+def test_whatever_the_trouble_and_no_limit_is_broken(trouble: Trouble) -> None:
+    """The rows of the table in docs/steering.md, on one robot."""
+    run = held(trouble, SEED)
+    assert run.along > SETTLED + 0.5
+    assert run.off < AIM
+    assert run.within_limits
+    assert bool(run.saturated) == bool(run.told)
+
+
+@pytest.mark.slow
+def test_without_steering_the_blind_robot_goes_astray() -> None:
+    """The figures above are the steering's doing; and the blind robot lies as it is told to."""
+    run = held(TROUBLES[0], SEED, steered=False)
+    assert run.off > 0.5

@@ -26,6 +26,7 @@ def status(*words: str) -> int:
     [
         (["--heading", "0", "--line", "y=0"], "not both"),
         (["--heading", "nan"], "--heading"),
+        (["--heading", "900"], "--heading 900: within 360 deg"),
         (["--line", "y"], "--line"),
         (["--line", "y=0", "--lifted"], "cannot be held"),
         (["--line", "y=0", "--start", "1,2"], "--start"),

@@ -58,6 +58,19 @@ def test_choice_intervals_front_and_count_in_a_tiny_space() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("torque_nm", [1.2, None])
+def test_no_gait_of_the_front_is_faster_than_the_fastest(torque_nm: float | None) -> None:
+    """Brief looks keep off the limit of torque; what they leave there is looked for at length."""
+    within = {"alpha": (25.0, 60.0), "beta": (30.0, 110.0), "omega": (2.0, 5.0)}
+    options = Options(within=within, draws=0, grid=(4, 4, 3), torque_nm=torque_nm)
+    result = optimise(ROBOT, Goal("speed"), options)
+    assert max(row.speed_m_s for row in result.front) <= result.found.speed_m_s * 1.001
+    if torque_nm is not None:
+        assert result.found.torque_nm <= 0.9 * torque_nm * (1 + 1e-9)
+        assert result.found.torque_nm > 0.985 * 0.9 * torque_nm
+
+
+@pytest.mark.slow
 def test_no_gait_of_a_grid_is_better() -> None:
     robot = ROBOT.model_copy(update={"effects": ("rate_limit:limit_rad_s=1.2",)})
     goal = Goal("power-at-speed", 0.2)

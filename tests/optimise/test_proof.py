@@ -13,8 +13,10 @@ from click.testing import CliRunner
 from snakebot.cli.main import cli, main
 from snakebot.gait import Gait
 from snakebot.optimise.goal import Goal
-from snakebot.optimise.promise import Promise
+from snakebot.optimise.optimum import optimise
+from snakebot.optimise.promise import Options, Promise
 from snakebot.optimise.proof import Proof, prove
+from snakebot.robot import load_robot
 
 FAST = Goal("speed")
 
@@ -148,5 +150,47 @@ def test_live_on_the_simulated_board(tmp_path: Path) -> None:
     proof = told["proof"]
     assert proof["verdict"] in ("paid", "did not pay", "cannot be told", "same choice")
     assert proof["calibrated"]["speed_m_s"] == pytest.approx([told["found"]["speed_m_s"]] * 2, rel=0.05)
-    assert (tmp_path / "logs" / "calibrated.yaml").exists()
+    calibrated = load_robot(tmp_path / "logs" / "calibrated.yaml")
+    assert f"wrote {tmp_path / 'logs' / 'calibrated.yaml'}" in result.stderr
+    assert calibrated.recorded is not None
+    assert calibrated.recorded.omega_rad_s == pytest.approx(4.0)  # of the starting set
     assert len(list((tmp_path / "logs" / "gaits").glob("*.mcap"))) >= 2
+
+
+def test_live_ends_with_the_line_that_runs_the_choice_on_that_robot_and_board(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not on the robot and the simulated board that `snakebot run` takes by itself."""
+    monkeypatch.chdir(tmp_path)
+    mine, said = tmp_path / "mine.yaml", list[str]()
+    mine.write_text(load_robot("penn_state").model_copy(update={"name": "mine"}).to_yaml())
+    within = {"alpha": (35.0, 36.0), "beta": (80.0, 81.0), "omega": (2.0, 2.1)}
+    options = Options(within=within, draws=0, grid=(2, 2, 2))
+    found = optimise(load_robot(mine), Goal("speed"), options)
+    nothing = Proof(None, None, (), None, None, (0, 0))
+    monkeypatch.setattr("snakebot.cli.optimize_live.optimize_live", lambda *_: (found, nothing))
+    monkeypatch.setattr("snakebot.cli.optimize_live.reachable", lambda *_: None)
+    monkeypatch.setattr("click.echo", lambda text="", **_: said.append(str(text)))
+    words = ["optimize", str(mine), "--for", "speed", "--live", "sim:", "--logs", "x", "--yes"]
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    assert ended.value.code == 0
+    (line,) = [text for text in said if text.startswith("snakebot run")]
+    assert line.endswith(f" --robot {mine} --port sim:")
+
+
+@pytest.mark.parametrize(
+    ("held", "said"), [("", "nobody to ask"), ("live_01.mcap", "holds something already")]
+)
+def test_folders_that_a_no_left_behind_are_as_good_as_new(
+    held: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    folder = Path("x") / "diagnosis"
+    folder.mkdir(parents=True)
+    if held:
+        (folder / held).touch()
+    with pytest.raises(SystemExit) as ended:
+        main(["optimize", "penn_state", "--for", "speed", "--live", "sim:", "--logs", "x"])
+    assert ended.value.code == 2
+    assert said in capsys.readouterr().err

@@ -41,6 +41,18 @@ def test_a_gait_moved_into_the_space_breaks_no_limit(
         assert a * w**2 <= acceleration * (1 + 1e-9)
 
 
+@pytest.mark.parametrize(
+    ("speed", "low"), [(0.5, 0.5), (0.5846915400456766, 0.5), (0.5, 0.49981329949697206)]
+)
+def test_the_widest_amplitude_leaves_the_slowest_omega(speed: float, low: float) -> None:
+    """Rounding left an omega below the range, by the spacing of the table of swings."""
+    limits = Limits(angle_deg=70, speed_rad_s=speed, acceleration_rad_s2=2)
+    within = {"alpha": (20.0, 50.0), "omega": (low, 3.0)}
+    space = Space.of(ROBOT.model_copy(update={"limits": limits}), within)
+    omegas = [*space.grid(3, 2, 3)[:, 2], *space.nearest(np.array([[1.0, 1.0, 1.0]]))[:, 2]]
+    assert min(omegas) >= low
+
+
 def test_gaits_of_the_grid_pass_the_check_before_a_run() -> None:
     limits = Limits(angle_deg=50, speed_rad_s=1.5, acceleration_rad_s2=4)
     robot = ROBOT.model_copy(update={"limits": limits})

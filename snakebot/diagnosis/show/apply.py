@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from statistics import fmean
+from typing import TYPE_CHECKING
 
+from snakebot.calibrated.recorded import reached
 from snakebot.diagnosis.result import Cause, Closure, Diagnosis
 from snakebot.effects.spec import parse_effect
 from snakebot.errors import BadInputError
 from snakebot.robot import Interval, Provenance, Robot, Tolerance
 
+if TYPE_CHECKING:
+    from snakebot.runlog import Run
+
 LAG = "servo.time_constant_s"  # as ``Diagnosis.nominal`` and a description's provenance call it
 LAG_DIGITS = 5  # decimals of a lag in seconds: a hundredth of a millisecond, below what any runs tell; chosen
 
 
-def calibrated(robot: Robot, diagnosis: Diagnosis) -> Robot:
+def calibrated(robot: Robot, diagnosis: Diagnosis, recordings: Iterable[Run] = ()) -> Robot:
     """``robot`` with the causes of a gap, wholly or partly explained, added to its own effects, and their source.
 
     The lag of the servos becomes the mean of those that the runs tell, where nothing but noise is left beside it. The
     intervals of the causes' parameters go along, and as the tolerance of its speed the error that is left on runs that
     nothing was fitted to. Of a robot without a gap that is all that is added: how far its speed is known.
+
+    Args:
+        recordings: those behind the diagnosis: how far they went is written down, too.
 
     Raises:
         BadInputError: the diagnosis says nothing that could be added.
@@ -44,7 +53,7 @@ def calibrated(robot: Robot, diagnosis: Diagnosis) -> Robot:
     if lags_s:
         servo = servo.model_copy(update={"time_constant_s": round(fmean(lags_s), LAG_DIGITS)})
         notes[LAG] = Provenance(status="fitted", source=f"snakebot diagnose: mean over {len(lags_s)} joints")
-    return robot.model_copy(
+    made = robot.model_copy(
         update={
             "servo": servo,
             "effects": effects,
@@ -53,6 +62,8 @@ def calibrated(robot: Robot, diagnosis: Diagnosis) -> Robot:
             "tolerance": tolerance or robot.tolerance,
         }
     )
+    recorded = reached(made, recordings)
+    return made if recorded is None else made.model_copy(update={"recorded": recorded})
 
 
 def _tolerance_of_speed(stated: Tolerance, closure: Closure) -> Tolerance | None:

@@ -21,6 +21,7 @@ from firmware_protocol.catalogue import (
 from firmware_protocol.frame import Frame
 from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
+from snakebot.conformance.lag import at_rest
 from snakebot.conformance.violations import NotApplicableError, expect
 
 Make = Callable[[int, int, int], Message]  # token, joint, host
@@ -226,10 +227,7 @@ def shifts_the_zero(bench: Bench) -> None:
     def reading_with_zero(zero: int) -> int:
         answer = bench.ask(ZeroRequest(bench.token(), 1, zero, bench.host))
         expect(answer.result is Result.OK, f"ZeroRequest was answered {answer}")
-        bench.samples.clear()
-        bench.sample()
-        bench.samples.clear()
-        counts = bench.sample().measured_counts[0]
+        counts = at_rest(bench).measured_counts[0]
         expect(counts is not None, "no reading after a ZeroRequest")
         assert counts is not None
         return counts

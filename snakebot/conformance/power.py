@@ -5,7 +5,7 @@ from __future__ import annotations
 from firmware_protocol.catalogue import Fault, FaultEvent, JointMode, Mode, Result
 from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
-from snakebot.conformance.lag import angles_of, expect_no_power, expect_power, throw, went_on
+from snakebot.conformance.lag import angles_of, at_rest, expect_no_power, expect_power, throw, went_on
 from snakebot.conformance.violations import NotApplicableError, expect
 
 _SIDES = (1.0, -1.0)  # sign of the turn: either way
@@ -126,9 +126,8 @@ def arms_in_mid_motion(bench: Bench) -> None:
         bench.fresh()
         throw(bench, side)
         bench.stop()
-        bench.listen(0.25)
         bench.make_safe()
-        before = angles_of(bench, bench.sample())
+        before = angles_of(bench, at_rest(bench))
         bench.samples.clear()
         here = bench.arm()
         sample = bench.executed(here, "the first one after arming")

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from firmware_protocol.assembly import setpoint_messages
 from firmware_protocol.catalogue import (
+    Applied,
     BoardHeartbeat,
     ClearRequest,
     Fault,
@@ -22,15 +23,21 @@ from firmware_protocol.catalogue import (
     Mode,
     ModeRequest,
     Ping,
+    Pong,
     Result,
+    State,
+    TrimRequest,
+    ZeroRequest,
     encode,
 )
+from firmware_protocol.frame import Frame
 from snakebot.conformance.bench import Bench, passed_us
 from snakebot.conformance.case import case
 from snakebot.conformance.violations import expect
 from snakebot.conformance.watchdog import in_time
 
 _STEP_S = 0.009  # no divisor of the watchdog
+_INTERVAL_BYTE = 3  # of a Latch: behind its sequence number and its joints, as in the DBC
 
 
 def _chatter(bench: Bench, here: Sequence[float], mode: Mode) -> dict[str, list[Message]]:
@@ -43,6 +50,16 @@ def _chatter(bench: Bench, here: Sequence[float], mode: Mode) -> dict[str, list[
         "bare latches": [latch],
         "groups without their latch": list(groups),
         "set-points with a wrong CRC-32": [*groups, replace(latch, crc32=latch.crc32 ^ 1)],
+        "trims and zeros": [
+            TrimRequest(bench.token(), 1, 0.0, bench.host),
+            ZeroRequest(bench.token(), 1, 0, bench.host),
+        ],
+        "what boards say": [
+            State(bench.sequence & 0xFFFF, 0, Mode.ARMED, 0),
+            Applied(0, 0, 0.0, 0.0, 0.0),
+            BoardHeartbeat(1, mode, 1, 0, Fault.NONE, bench.host),
+            Pong(0, 0),
+        ],
         "requests for the mode that it is in": [ModeRequest(bench.token(), mode, bench.host)],
         "requests of another host": [ModeRequest(bench.token(), Mode.DISARMED, bench.other)],
         "joint modes": [JointModeRequest(bench.token(), 1, JointMode.ACTIVE, 0.0, bench.host)],
@@ -189,3 +206,27 @@ def takes_no_message_for_a_heartbeat(bench: Bench) -> None:
             passed_us(bench.ping().board_time_us, after) < 1_200_000,
             "a message that is no heartbeat kept a holding board from its fault",
         )
+
+
+@case("A set-point of no length is too early: it is dropped, and feeds no watchdog.")
+def drops_setpoints_without_length(bench: Bench) -> None:
+    before = bench.counters().dropped
+    here = bench.arm()
+    last = bench.executed(here, "the first one").state.board_time_us
+    sent = 0
+    while not any(isinstance(m, FaultEvent) for m in bench.heard):
+        bench.sequence = (bench.sequence + 1) & 0xFFFF
+        *groups, latch = (encode(message) for message in setpoint_messages(bench.sequence, here, 0.0005))
+        data = bytearray(latch.data)
+        data[_INTERVAL_BYTE] = 0
+        bench.send_frames([*groups, Frame(latch.id, bytes(data))])
+        sent += 1
+        bench.refused(bench.sequence, "its interval is 0")
+        bench.listen(_STEP_S)
+        now = bench.ping().board_time_us
+        expect(passed_us(now, last) < 200_000, "set-points of no length kept an armed board from its fault")
+    event = next(m for m in bench.heard if isinstance(m, FaultEvent))
+    in_time(passed_us(event.board_time_us, last), 100_000, "in spite of set-points of no length the fault")
+    bench.make_safe()
+    grown = (bench.counters().dropped - before) & 0xFFFF
+    expect(grown == sent, f"{sent} set-points of no length were sent, Counters.dropped grew by {grown}")

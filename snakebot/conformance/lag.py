@@ -53,11 +53,10 @@ def at_rest(bench: Bench, within_counts: int = 1) -> Sample:
     """A sample of joints without power that have stopped: some may go on by themselves for a while.
 
     Raises:
-        NotApplicableError: they do not stop, or one has no reading.
+        NotApplicableError: they do not stop.
     """
     seen = [read_now(bench)]
     for _ in range(_COASTS):
-        angles_of(bench, seen[-1])
         columns = zip(*(sample.measured_counts for sample in seen[-_RESTS:]), strict=True)
         spread = max(max(c or 0 for c in column) - min(c or 0 for c in column) for column in columns)
         if len(seen) >= _RESTS and spread <= within_counts:

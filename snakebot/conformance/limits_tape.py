@@ -10,6 +10,7 @@ from firmware_protocol.assembly import to_wire
 from firmware_protocol.catalogue import FaultEvent, JointMode, LimitKind, Mode, Result, State
 from snakebot.conformance.bench import LIMIT_STEP, Bench, passed_us
 from snakebot.conformance.case import case
+from snakebot.conformance.lag import at_rest
 from snakebot.conformance.violations import NotApplicableError, expect
 from snakebot.gait.limits import SlewLimiter
 
@@ -61,8 +62,8 @@ def _sent(bench: Bench, angles: Sequence[float], interval_s: float, step: int) -
 
 
 def arm_finely(bench: Bench) -> list[float]:
-    """Arm; the register (rad), finer than the wire tells it: without power it is the encoder's reading."""
-    sample = bench.sample()
+    """Arm joints at rest; the register (rad), finer than the wire tells it: without power it is the reading."""
+    sample = at_rest(bench)
     bench.must_go(Mode.ARMED)
     start = []
     for counts, applied in zip(sample.measured_counts, sample.applied_rad, strict=True):

@@ -44,6 +44,26 @@ def disarming_takes_all_power(bench: Bench) -> None:
         expect_no_power(bench, disarm, f"disarmed while {mode.name.lower()}")
 
 
+@case("Rigid joints lose their power as the others do: stopped or disarmed, from armed and from holding.")
+def rigid_joints_lose_their_power(bench: Bench) -> None:
+    for mode in (Mode.ARMED, Mode.HOLDING):
+        for stops in (True, False):
+            for kind in (JointMode.RIGID, JointMode.RIGID_HERE):
+
+                def take(mode: Mode = mode, stops: bool = stops, kind: JointMode = kind) -> None:
+                    for joint, angle in enumerate(bench.samples[-1].applied_rad, start=1):
+                        answer = bench.set_joint_mode(joint, kind, angle)
+                        expect(answer.result is Result.OK, f"{kind.name.lower()} was answered {answer}")
+                    _hold(bench, mode)
+                    if stops:
+                        bench.stop()
+                    else:
+                        bench.must_go(Mode.DISARMED)
+
+                how = "stopped" if stops else "disarmed"
+                expect_no_power(bench, take, f"{kind.name.lower()} and {how} while {mode.name.lower()}")
+
+
 @case("Holding keeps the power of every joint: it goes on to the set-point that it has.")
 def holding_keeps_power(bench: Bench) -> None:
     for side in _SIDES:

@@ -118,7 +118,9 @@ def _zero_all(bench: Bench, zeros: Sequence[int]) -> None:
 
 
 def _counts(bench: Bench) -> list[int]:
-    return [c for c in at_rest(bench, 0).measured_counts if c is not None]
+    sample = at_rest(bench, 0)
+    angles_of(bench, sample)
+    return [c for c in sample.measured_counts if c is not None]
 
 
 @case(

@@ -40,7 +40,20 @@ _STEP_S = 0.009  # no divisor of the watchdog
 _INTERVAL_BYTE = 3  # of a Latch: behind its sequence number and its joints, as in the DBC
 
 
-def _chatter(bench: Bench, here: Sequence[float], mode: Mode) -> dict[str, list[Message]]:
+def _strange(bench: Bench) -> list[Frame]:
+    """Frames that are counted as corrupt: unknown, too short, without a name."""
+    latch = encode(setpoint_messages(bench.sequence & 0xFFFF, [0.0] * bench.joints, 0.01)[-1])
+    heartbeat = encode(HostHeartbeat(bench.host, 0))
+    unnamed = encode(ModeRequest(bench.token(), Mode.ARMED, bench.host))
+    return [
+        Frame(0x7FF, latch.data),
+        Frame(latch.id, latch.data[:-1]),
+        Frame(heartbeat.id, heartbeat.data[:-1]),
+        Frame(unnamed.id, unnamed.data[:1] + b"\x07" + unnamed.data[2:]),
+    ]
+
+
+def _chatter(bench: Bench, here: Sequence[float], mode: Mode) -> dict[str, list[Frame]]:
     """Everything that a host may send and that must not feed a watchdog."""
     bench.sequence += 1
     *groups, latch = setpoint_messages(bench.sequence & 0xFFFF, here, 0.01)
@@ -73,7 +86,8 @@ def _chatter(bench: Bench, here: Sequence[float], mode: Mode) -> dict[str, list[
         kinds["heartbeats of the holder"] = [HostHeartbeat(bench.host, bench.sequence & 0xFFFF)]
     else:
         kinds["set-points"] = [*groups, latch]
-    return kinds
+    frames = {name: [encode(message) for message in messages] for name, messages in kinds.items()}
+    return {**frames, "frames that are no messages": _strange(bench)}
 
 
 @case(
@@ -87,7 +101,7 @@ def only_setpoints_feed_armed(bench: Bench) -> None:
         here = bench.arm()
         last = bench.executed(here, "the first one").state.board_time_us
         while not any(isinstance(m, FaultEvent) for m in bench.heard):
-            bench.send(*_chatter(bench, here, Mode.ARMED)[name])
+            bench.send_frames(_chatter(bench, here, Mode.ARMED)[name])
             bench.listen(_STEP_S)
             expect(
                 passed_us(bench.ping().board_time_us, last) < 200_000,
@@ -110,7 +124,7 @@ def only_the_holder_feeds_holding(bench: Bench) -> None:
         after = bench.ping().board_time_us
         while not any(isinstance(m, FaultEvent) for m in bench.heard):
             for name in half:
-                bench.send(*_chatter(bench, here, Mode.HOLDING)[name])
+                bench.send_frames(_chatter(bench, here, Mode.HOLDING)[name])
             bench.listen(0.07)
             expect(
                 passed_us(bench.ping().board_time_us, after) < 1_200_000,

@@ -138,6 +138,27 @@ def only_the_holder_feeds_holding(bench: Bench) -> None:
         )
 
 
+@case("The holder is known by all 32 bits of its number: heartbeats of hosts that differ in one do not feed.")
+def knows_whose_heartbeat_it_is(bench: Bench) -> None:
+    before = bench.ping().board_time_us
+    bench.must_go(Mode.ARMED)
+    bench.must_go(Mode.HOLDING)
+    after = bench.ping().board_time_us
+    while not any(isinstance(m, FaultEvent) for m in bench.heard):
+        bench.send(*(HostHeartbeat(bench.host ^ 1 << bit, bit) for bit in range(32)))
+        bench.listen(0.07)
+        now = bench.ping().board_time_us
+        expect(
+            passed_us(now, after) < 1_200_000, "the heartbeat of a host with almost the holder's number fed"
+        )
+    event = next(m for m in bench.heard if isinstance(m, FaultEvent))
+    expect(
+        passed_us(event.board_time_us, before) >= 999_800
+        and passed_us(event.board_time_us, after) <= 1_005_000,
+        f"holding began between {before} and {after} us, the fault is dated {event.board_time_us}, not 1 s later",
+    )
+
+
 @case("Each change between armed and holding starts a new watchdog, of the new mode's time.")
 def every_mode_has_its_own_watchdog(bench: Bench) -> None:
     here = bench.arm()

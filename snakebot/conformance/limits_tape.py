@@ -18,6 +18,7 @@ _SLACK_RAD = 1.1e-4  # half a step of the wire, and single precision
 _BLUR_S = (
     1e-4  # of the times: a microsecond of the clock counts for more where a joint brakes at the last moment
 )
+_CLOCK_S = 2e-6  # by which the time between two readings of the board's clock may be off
 _INTERVAL_STEP_S = 0.0005
 _PAUSE_S = 0.000037  # between two multiples of a step: no tick comes just in time or just too early
 _PATIENCE_S = 0.06  # without an executed tick: then one comes that must be
@@ -110,7 +111,15 @@ def play(
         state = _sent(bench, targets, interval_s, step)
         now_us = bench.ping().board_time_us if state is None else state.board_time_us
         elapsed_s = 1.0 if last_us is None else 1e-6 * passed_us(now_us, last_us)
-        would = copy.deepcopy(model).execute(targets, interval_s, step, elapsed_s)
+        for near_s in (
+            elapsed_s,
+            elapsed_s - _CLOCK_S,
+            elapsed_s + _CLOCK_S,
+        ):  # of the clock the last digit is round
+            would = copy.deepcopy(model).execute(targets, interval_s, step, near_s)
+            if (would is None) == (state is None):
+                elapsed_s = near_s
+                break
         place = (
             f"set-point {number + 1} (interval {interval_s:g} s, step {step}, {1e3 * elapsed_s:.3f} ms later)"
         )

@@ -116,16 +116,11 @@ def refuses_bad_values(bench: Bench) -> None:
 
 @case("A trim of 0.3 rad is the most, for each joint, on either side; one step more is bad_value.")
 def bounds_the_trim_of_each_joint(bench: Bench) -> None:
-    if not bench.simulated:
-        raise NotApplicableError("a trim cannot be read back: on a real robot it is left alone")
     for joint in range(1, bench.joints + 1):
-        for trim, wanted in (
-            (MAX_TRIM_RAD + 1e-4, Result.BAD_VALUE),
-            (-MAX_TRIM_RAD - 1e-4, Result.BAD_VALUE),
-            (MAX_TRIM_RAD, Result.OK),
-            (-MAX_TRIM_RAD, Result.OK),
-            (0.0, Result.OK),
-        ):
+        asked = [(MAX_TRIM_RAD + 1e-4, Result.BAD_VALUE), (-MAX_TRIM_RAD - 1e-4, Result.BAD_VALUE)]
+        if bench.simulated:  # a trim cannot be read back: on a real robot it is left alone
+            asked += [(MAX_TRIM_RAD, Result.OK), (-MAX_TRIM_RAD, Result.OK), (0.0, Result.OK)]
+        for trim, wanted in asked:
             answer = bench.ask(TrimRequest(bench.token(), joint, trim, bench.host))
             expect(answer.result is wanted, f"a trim of {trim} rad, joint {joint}, was answered {answer}")
 

@@ -276,15 +276,15 @@ def starts_with_little_credit(bench: Bench) -> None:
 
 
 def _exactly(bench: Bench, joint: int) -> Limits:
-    """Limits in force that are known to more than half a step of the wire: a long tape tells one from the other."""
-    if bench.lab.plate is not None:
-        angle, speed, acceleration = (
-            min(bench.built_in(joint, kind), written)
-            for kind, written in zip(LimitKind, bench.lab.plate.limits[joint - 1], strict=True)
-        )
-        return angle, speed, acceleration
-    angle, speed, acceleration = (bench.built_in(joint, kind) - LIMIT_STEP for kind in LimitKind)
+    """Built-in limits put in force, known to more than half a step of the wire: a long tape tells them apart."""
+    below = 0.0 if bench.lab.plate is not None else LIMIT_STEP
+    angle, speed, acceleration = (bench.built_in(joint, kind) - below for kind in LimitKind)
     set_all_of(bench, joint, (angle, speed, acceleration))
+    if (
+        bench.lab.plate is not None
+    ):  # the board has the smaller one of what was asked for and what it is built for
+        written = bench.lab.plate.limits[joint - 1]
+        angle, speed, acceleration = map(min, (angle, speed, acceleration), written)
     return angle, speed, acceleration
 
 

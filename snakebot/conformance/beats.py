@@ -216,6 +216,21 @@ def answers_anyone(bench: Bench) -> None:
         bench.host = own
 
 
+@case("In every mode, whoever holds the board, everyone is told who it is and gets a Pong.")
+def answers_in_every_mode(bench: Bench) -> None:
+    own, protocol = bench.host, bench.identify()[0]
+    for mode in Mode:
+        bench.fresh()
+        bench.enter(mode)
+        try:
+            for host in (own, bench.other):
+                bench.host = host
+                expect(bench.identify()[0] == protocol, f"while {mode.name.lower()} something else was told")
+                bench.ping()
+        finally:
+            bench.host = own
+
+
 @case("Everything that the board sends is whole: no packet of its own is corrupt.")
 def sends_whole_packets(bench: Bench) -> None:
     corrupt = bench.link.statistics.corrupt

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from firmware_protocol.assembly import setpoint_messages
 from firmware_protocol.catalogue import (
+    Applied,
     BoardHeartbeat,
     ClearRequest,
     Fault,
@@ -22,18 +23,37 @@ from firmware_protocol.catalogue import (
     Mode,
     ModeRequest,
     Ping,
+    Pong,
     Result,
+    State,
+    TrimRequest,
+    ZeroRequest,
     encode,
 )
+from firmware_protocol.frame import Frame
 from snakebot.conformance.bench import Bench, passed_us
 from snakebot.conformance.case import case
 from snakebot.conformance.violations import expect
 from snakebot.conformance.watchdog import in_time
 
 _STEP_S = 0.009  # no divisor of the watchdog
+_INTERVAL_BYTE = 3  # of a Latch: behind its sequence number and its joints, as in the DBC
 
 
-def _chatter(bench: Bench, here: Sequence[float], mode: Mode) -> dict[str, list[Message]]:
+def _strange(bench: Bench) -> list[Frame]:
+    """Frames that are counted as corrupt: unknown, too short, without a name."""
+    latch = encode(setpoint_messages(bench.sequence & 0xFFFF, [0.0] * bench.joints, 0.01)[-1])
+    heartbeat = encode(HostHeartbeat(bench.host, 0))
+    unnamed = encode(ModeRequest(bench.token(), Mode.ARMED, bench.host))
+    return [
+        Frame(0x7FF, latch.data),
+        Frame(latch.id, latch.data[:-1]),
+        Frame(heartbeat.id, heartbeat.data[:-1]),
+        Frame(unnamed.id, unnamed.data[:1] + b"\x07" + unnamed.data[2:]),
+    ]
+
+
+def _chatter(bench: Bench, here: Sequence[float], mode: Mode) -> dict[str, list[Frame]]:
     """Everything that a host may send and that must not feed a watchdog."""
     bench.sequence += 1
     *groups, latch = setpoint_messages(bench.sequence & 0xFFFF, here, 0.01)
@@ -43,6 +63,16 @@ def _chatter(bench: Bench, here: Sequence[float], mode: Mode) -> dict[str, list[
         "bare latches": [latch],
         "groups without their latch": list(groups),
         "set-points with a wrong CRC-32": [*groups, replace(latch, crc32=latch.crc32 ^ 1)],
+        "trims and zeros": [
+            TrimRequest(bench.token(), 1, 0.0, bench.host),
+            ZeroRequest(bench.token(), 1, 0, bench.host),
+        ],
+        "what boards say": [
+            State(bench.sequence & 0xFFFF, 0, Mode.ARMED, 0),
+            Applied(0, 0, 0.0, 0.0, 0.0),
+            BoardHeartbeat(1, mode, 1, 0, Fault.NONE, bench.host),
+            Pong(0, 0),
+        ],
         "requests for the mode that it is in": [ModeRequest(bench.token(), mode, bench.host)],
         "requests of another host": [ModeRequest(bench.token(), Mode.DISARMED, bench.other)],
         "joint modes": [JointModeRequest(bench.token(), 1, JointMode.ACTIVE, 0.0, bench.host)],
@@ -56,7 +86,8 @@ def _chatter(bench: Bench, here: Sequence[float], mode: Mode) -> dict[str, list[
         kinds["heartbeats of the holder"] = [HostHeartbeat(bench.host, bench.sequence & 0xFFFF)]
     else:
         kinds["set-points"] = [*groups, latch]
-    return kinds
+    frames = {name: [encode(message) for message in messages] for name, messages in kinds.items()}
+    return {**frames, "frames that are no messages": _strange(bench)}
 
 
 @case(
@@ -70,7 +101,7 @@ def only_setpoints_feed_armed(bench: Bench) -> None:
         here = bench.arm()
         last = bench.executed(here, "the first one").state.board_time_us
         while not any(isinstance(m, FaultEvent) for m in bench.heard):
-            bench.send(*_chatter(bench, here, Mode.ARMED)[name])
+            bench.send_frames(_chatter(bench, here, Mode.ARMED)[name])
             bench.listen(_STEP_S)
             expect(
                 passed_us(bench.ping().board_time_us, last) < 200_000,
@@ -93,7 +124,7 @@ def only_the_holder_feeds_holding(bench: Bench) -> None:
         after = bench.ping().board_time_us
         while not any(isinstance(m, FaultEvent) for m in bench.heard):
             for name in half:
-                bench.send(*_chatter(bench, here, Mode.HOLDING)[name])
+                bench.send_frames(_chatter(bench, here, Mode.HOLDING)[name])
             bench.listen(0.07)
             expect(
                 passed_us(bench.ping().board_time_us, after) < 1_200_000,
@@ -105,6 +136,27 @@ def only_the_holder_feeds_holding(bench: Bench) -> None:
             and passed_us(event.board_time_us, after) <= 1_005_000,
             f"holding began between {before} and {after} us, the fault is dated {event.board_time_us}, not 1 s later",
         )
+
+
+@case("The holder is known by all 32 bits of its number: heartbeats of hosts that differ in one do not feed.")
+def knows_whose_heartbeat_it_is(bench: Bench) -> None:
+    before = bench.ping().board_time_us
+    bench.must_go(Mode.ARMED)
+    bench.must_go(Mode.HOLDING)
+    after = bench.ping().board_time_us
+    while not any(isinstance(m, FaultEvent) for m in bench.heard):
+        bench.send(*(HostHeartbeat(bench.host ^ 1 << bit, bit) for bit in range(32)))
+        bench.listen(0.07)
+        now = bench.ping().board_time_us
+        expect(
+            passed_us(now, after) < 1_200_000, "the heartbeat of a host with almost the holder's number fed"
+        )
+    event = next(m for m in bench.heard if isinstance(m, FaultEvent))
+    expect(
+        passed_us(event.board_time_us, before) >= 999_800
+        and passed_us(event.board_time_us, after) <= 1_005_000,
+        f"holding began between {before} and {after} us, the fault is dated {event.board_time_us}, not 1 s later",
+    )
 
 
 @case("Each change between armed and holding starts a new watchdog, of the new mode's time.")
@@ -162,7 +214,8 @@ def faults_stay(bench: Bench) -> None:
 def feeds_for_long(bench: Bench) -> None:
     here = bench.arm()
     bench.stream(0.6, lambda t: here, 0.08)
-    expect(bench.beat().mode is Mode.ARMED, "set-points every 80 ms did not keep the board armed")
+    answer = bench.go(Mode.ARMED)  # no heartbeat, which may come as late as the watchdog
+    expect(answer.result is Result.OK, f"set-points every 80 ms did not keep the board armed: {answer}")
     bench.must_go(Mode.HOLDING)
     for number in range(3):
         bench.listen(0.85)
@@ -188,3 +241,27 @@ def takes_no_message_for_a_heartbeat(bench: Bench) -> None:
             passed_us(bench.ping().board_time_us, after) < 1_200_000,
             "a message that is no heartbeat kept a holding board from its fault",
         )
+
+
+@case("A set-point of no length is too early: it is dropped, and feeds no watchdog.")
+def drops_setpoints_without_length(bench: Bench) -> None:
+    before = bench.counters().dropped
+    here = bench.arm()
+    last = bench.executed(here, "the first one").state.board_time_us
+    sent = 0
+    while not any(isinstance(m, FaultEvent) for m in bench.heard):
+        bench.sequence = (bench.sequence + 1) & 0xFFFF
+        *groups, latch = (encode(message) for message in setpoint_messages(bench.sequence, here, 0.0005))
+        data = bytearray(latch.data)
+        data[_INTERVAL_BYTE] = 0
+        bench.send_frames([*groups, Frame(latch.id, bytes(data))])
+        sent += 1
+        bench.refused(bench.sequence, "its interval is 0")
+        bench.listen(_STEP_S)
+        now = bench.ping().board_time_us
+        expect(passed_us(now, last) < 200_000, "set-points of no length kept an armed board from its fault")
+    event = next(m for m in bench.heard if isinstance(m, FaultEvent))
+    in_time(passed_us(event.board_time_us, last), 100_000, "in spite of set-points of no length the fault")
+    bench.make_safe()
+    grown = (bench.counters().dropped - before) & 0xFFFF
+    expect(grown == sent, f"{sent} set-points of no length were sent, Counters.dropped grew by {grown}")

@@ -7,15 +7,14 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from firmware_protocol.assembly import setpoint_messages
 from firmware_protocol.catalogue import (
     Acknowledge,
     Counters,
-    HostHeartbeat,
     Mode,
     Ping,
     Pong,
     encode,
-    frame_id,
 )
 from firmware_protocol.frame import Frame
 from firmware_protocol.framing import pack
@@ -152,13 +151,18 @@ def survives_noise(bench: Bench) -> None:
 @case("Counters wrap at 16 bits.", long=True)
 def counters_wrap(bench: Bench) -> None:
     before, sent_before = bench.counters(), bench.sent
-    batch = [Frame(frame_id(HostHeartbeat), encode(HostHeartbeat(0, 0)).data)] * 16
-    while bench.sent - sent_before < 66_000:
-        for _ in range(4):
-            bench.send_frames(batch)
-        bench.ping()  # never more under way than a small buffer holds
-    heard, sent = _grown(before, bench.counters(), "received"), (bench.sent - sent_before) & 0xFFFF
-    expect(
-        heard == sent,
-        f"{bench.sent - sent_before} frames were sent: Counters.received grew by {heard}, not {sent}",
-    )
+    here = list(bench.sample().applied_rad)
+    latch = encode(setpoint_messages(1, here, 0.01)[-1])  # counted as dropped: the board is disarmed
+    bad = Frame(latch.id, latch.data[:-1])
+    for frame in (latch, bad):
+        for _ in range(66_000 // _AT_ONCE + 1):
+            bench.send_frames([frame] * _AT_ONCE)
+            bench.ping()  # never more under way than a small buffer holds
+    after = bench.counters()
+    kinds = (66_000 // _AT_ONCE + 1) * _AT_ONCE
+    for name, wanted in (("received", bench.sent - sent_before), ("dropped", kinds), ("corrupt", kinds)):
+        heard = _grown(before, after, name)
+        expect(
+            heard == wanted & 0xFFFF,
+            f"{wanted} frames to be counted as {name} were sent: the counter grew by {heard}, not {wanted & 0xFFFF}",
+        )

@@ -31,6 +31,7 @@ class Lab:
         lose_encoder: an encoder (joint from 1) gives no reading from now on, or gives one again.
         fail: a fault of the hardware (code, joint, detail) begins, or with ``Fault.NONE`` ends.
         supply: what the supply's sensors measure from now on: mV, mA, tenths of a degree Celsius; None: no sensors.
+            Joint j's (from 1) measure j mA and 2 j tenths of a degree more.
         draw: what the board's source of random numbers gives next, before others.
         store_trim: what is stored of a joint's trim (from 1; steps of the wire), as a damaged memory may leave it.
         plate: what should be written on the board.

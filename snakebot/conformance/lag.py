@@ -16,6 +16,8 @@ _TICKS = 4  # of 10 ms; chosen: long enough for a set-point to come into force
 _LEAST_COUNTS = 12  # of lag, to tell one from the other
 _ARRIVED = 0.2  # of the lag: a joint that ends so near to its set-point was sent there
 _STAYED = 0.35  # of the lag: a joint that ends so near to where it was has stopped
+_RESTS = 4  # samples, a tenth of a second apart, in which a joint at rest stays where it is; chosen
+_COASTS = 50  # samples that a robot without power may take to come to rest; chosen, 5 s
 _SETTLES_S = 0.3  # what a servo takes to its set-point, several times over
 
 
@@ -45,6 +47,22 @@ def read_now(bench: Bench) -> Sample:
     """A sample that begins from now on: the next one may be on its way already."""
     bench.sample()
     return bench.sample()
+
+
+def at_rest(bench: Bench, within_counts: int = 1) -> Sample:
+    """A sample of joints without power that have stopped: some may go on by themselves for a while.
+
+    Raises:
+        NotApplicableError: they do not stop.
+    """
+    seen = [read_now(bench)]
+    for _ in range(_COASTS):
+        columns = zip(*(sample.measured_counts for sample in seen[-_RESTS:]), strict=True)
+        spread = max(max(c or 0 for c in column) - min(c or 0 for c in column) for column in columns)
+        if len(seen) >= _RESTS and spread <= within_counts:
+            return seen[-1]
+        seen.append(bench.sample())
+    raise NotApplicableError("the joints do not come to rest without power")
 
 
 def throw(bench: Bench, side: float) -> Thrown:

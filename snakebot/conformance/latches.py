@@ -71,7 +71,7 @@ def keeps_newer_stops(bench: Bench) -> None:
         bench.enter(mode)
         older = bench.wait(FaultEvent, 0.5).number
         number = bench.stop().number
-        for wrong in (older, (number + 1) % LATCHES, (number + LATCHES // 2) % LATCHES):
+        for wrong in (older, *((number + further) % LATCHES for further in range(1, LATCHES))):
             answer = bench.clear(wrong)
             expect(
                 (answer.result, answer.mode) == (Result.FORBIDDEN, Mode.STOPPED),

@@ -305,16 +305,23 @@ def has_the_limits_on_its_plate(bench: Bench) -> None:
                     f"the {kind.name.lower()} limit of joint {joint} is {written:.5f}: it tells {told:.3f} and accepts "
                     f"up to {bench.built_in(joint, kind):.3f}",
                 )
-        bench.set_limit(joint, LimitKind.ANGLE, bench.built_in(joint, LimitKind.ANGLE))
-        in_force = min(limits[0], bench.built_in(joint, LimitKind.ANGLE))
-        steps = math.floor(in_force / ANGLE_STEP_RAD + 0.5)
-        for further, result in ((0, Result.OK), (1, Result.BAD_VALUE)):
-            for side in (1.0, -1.0):
-                answer = bench.set_joint_mode(
-                    joint, JointMode.RIGID, side * (steps + further) * ANGLE_STEP_RAD
-                )
-                expect(
-                    answer.result is result,
-                    f"angle limit {in_force:.6f} rad: rigid at {steps + further} steps was answered "
-                    f"{answer.result.name.lower()}",
-                )
+    for mode in (Mode.DISARMED, Mode.HOLDING):
+        bench.enter(mode)
+        for joint, limits in enumerate(plate.limits, start=1):
+            bench.send(HostHeartbeat(bench.host, joint))
+            _rigid_up_to(bench, joint, limits[0])
+
+
+def _rigid_up_to(bench: Bench, joint: int, limit_rad: float) -> None:
+    """The built-in angle limit, asked for as the wire has it, does not become one that is looser by its rounding."""
+    bench.set_limit(joint, LimitKind.ANGLE, bench.built_in(joint, LimitKind.ANGLE))
+    in_force = min(limit_rad, bench.built_in(joint, LimitKind.ANGLE))
+    steps = math.floor(in_force / ANGLE_STEP_RAD + 0.5)
+    for further, result in ((0, Result.OK), (1, Result.BAD_VALUE)):
+        for side in (1.0, -1.0):
+            answer = bench.set_joint_mode(joint, JointMode.RIGID, side * (steps + further) * ANGLE_STEP_RAD)
+            expect(
+                answer.result is result,
+                f"angle limit {in_force:.6f} rad: rigid at {steps + further} steps was answered "
+                f"{answer.result.name.lower()}",
+            )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from firmware_protocol.catalogue import Fault, FaultEvent, JointMode, Mode, Result
 from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
-from snakebot.conformance.lag import angles_of, expect_no_power, expect_power, throw, went_on
+from snakebot.conformance.lag import angles_of, at_rest, expect_no_power, expect_power, throw, went_on
 from snakebot.conformance.violations import NotApplicableError, expect
 
 _SIDES = (1.0, -1.0)  # sign of the turn: either way
@@ -42,6 +42,26 @@ def disarming_takes_all_power(bench: Bench) -> None:
             bench.must_go(Mode.DISARMED)
 
         expect_no_power(bench, disarm, f"disarmed while {mode.name.lower()}")
+
+
+@case("Rigid joints lose their power as the others do: stopped or disarmed, from armed and from holding.")
+def rigid_joints_lose_their_power(bench: Bench) -> None:
+    for mode in (Mode.ARMED, Mode.HOLDING):
+        for stops in (True, False):
+            for kind in (JointMode.RIGID, JointMode.RIGID_HERE):
+
+                def take(mode: Mode = mode, stops: bool = stops, kind: JointMode = kind) -> None:
+                    for joint, angle in enumerate(bench.samples[-1].applied_rad, start=1):
+                        answer = bench.set_joint_mode(joint, kind, angle)
+                        expect(answer.result is Result.OK, f"{kind.name.lower()} was answered {answer}")
+                    _hold(bench, mode)
+                    if stops:
+                        bench.stop()
+                    else:
+                        bench.must_go(Mode.DISARMED)
+
+                how = "stopped" if stops else "disarmed"
+                expect_no_power(bench, take, f"{kind.name.lower()} and {how} while {mode.name.lower()}")
 
 
 @case("Holding keeps the power of every joint: it goes on to the set-point that it has.")
@@ -126,9 +146,8 @@ def arms_in_mid_motion(bench: Bench) -> None:
         bench.fresh()
         throw(bench, side)
         bench.stop()
-        bench.listen(0.25)
         bench.make_safe()
-        before = angles_of(bench, bench.sample())
+        before = angles_of(bench, at_rest(bench))
         bench.samples.clear()
         here = bench.arm()
         sample = bench.executed(here, "the first one after arming")

@@ -9,7 +9,7 @@ from firmware_protocol.assembly import ANGLE_STEP_RAD
 from firmware_protocol.catalogue import MAX_TRIM_RAD, JointMode, LimitKind, Result, TrimRequest, ZeroRequest
 from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
-from snakebot.conformance.lag import angles_of, read_now
+from snakebot.conformance.lag import angles_of, at_rest, read_now
 from snakebot.conformance.violations import NotApplicableError, expect
 
 
@@ -118,9 +118,9 @@ def _zero_all(bench: Bench, zeros: Sequence[int]) -> None:
 
 
 def _counts(bench: Bench) -> list[int]:
-    counts = read_now(bench).measured_counts
-    angles_of(bench, bench.samples[-1])
-    return [c for c in counts if c is not None]
+    sample = at_rest(bench, 0)
+    angles_of(bench, sample)
+    return [c for c in sample.measured_counts if c is not None]
 
 
 @case(

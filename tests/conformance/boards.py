@@ -32,6 +32,7 @@ from snakebot.softboard import InProcessLink, SoftBoard
 
 STARTS_S = 20.0
 SERIAL_NUMBER = 0x0123456789ABCDEF
+_DRIFT_PPM = 4000.0  # a clock without a crystal: fast enough to show whether it is used the right way round
 CORE_SERIAL_NUMBER = 0xFEDCBA9876543210  # port/bench
 
 
@@ -136,9 +137,9 @@ def sim_in_process() -> Iterator[Bench]:
 
 
 @contextmanager
-def sim_with_hands(joints: int = 5) -> Iterator[Bench]:
-    """The simulated board with joints that hands can turn, on a virtual clock."""
-    plant = LaggingPlant(joints)
+def sim_with_hands(joints: int = 5, *, counts_per_rev: int = 8192, drift_ppm: float = 0.0) -> Iterator[Bench]:
+    """The simulated board with joints that hands can turn, on a virtual clock; its own may run fast."""
+    plant = LaggingPlant(joints, counts_per_rev)
     clock = VirtualClock()
     angle, speed, acceleration = zip(*(_limits_of(joint) for joint in range(1, joints + 1)), strict=True)
     limits = {
@@ -146,18 +147,32 @@ def sim_with_hands(joints: int = 5) -> Iterator[Bench]:
         "speed_rad_s": list(speed),
         "acceleration_rad_s2": list(acceleration),
     }
-    robot = robot_from_mapping({"joints": joints, "limits": limits}, "bench")
-    board = SoftBoard(robot, serial_number=SERIAL_NUMBER, plant=plant)
+    described = {"joints": joints, "limits": limits, "encoder_counts_per_rev": counts_per_rev}
+    robot = robot_from_mapping(described, "bench")
+    board = SoftBoard(robot, serial_number=SERIAL_NUMBER, plant=plant, drift_ppm=drift_ppm)
     yield _sim_bench(board, clock, pose=False, turn_joint=plant.turn, lose_encoder=plant.lose)
 
 
 @contextmanager
 def core_in_process(
-    library: Any, *, can: bool = False, start_us: int = 0, joints: int = 5, simulated: bool = True
+    library: Any,
+    *,
+    can: bool = False,
+    start_us: int = 0,
+    joints: int = 5,
+    simulated: bool = True,
+    counts_per_rev: int = 8192,
 ) -> Iterator[Bench]:
     """The C core on a virtual clock."""
     clock = VirtualClock()
-    bench = CoreBench(library, joints, start_us=start_us, time_constant_s=0.03, simulated=simulated)
+    bench = CoreBench(
+        library,
+        joints,
+        start_us=start_us,
+        time_constant_s=0.03,
+        simulated=simulated,
+        counts_per_rev=counts_per_rev,
+    )
     limits = [_limits_of(joint) for joint in range(1, joints + 1)]
     for joint, of_joint in enumerate(limits, start=1):
         bench.limit(joint, of_joint)
@@ -172,7 +187,7 @@ def core_in_process(
         supply=bench.supply,
         draw=bench.draw,
         store_trim=bench.store_trim,
-        plate=Plate(joints, 8192, CORE_SERIAL_NUMBER, (2, 0, 0), simulated, False, tuple(limits)),
+        plate=Plate(joints, counts_per_rev, CORE_SERIAL_NUMBER, (2, 0, 0), simulated, False, tuple(limits)),
     )
     yield Bench(link, clock, send_bytes=send_bytes, reset=bench.reset, lab=lab, tolerance_s=0.003)
 
@@ -277,14 +292,19 @@ def cores_in_process(library: Any) -> list[Callable[[], Any]]:
     wrap = 1 << 32
     return [
         lambda: core_in_process(library),
-        lambda: core_in_process(library, can=True, start_us=wrap - 650_000, joints=16),
+        lambda: core_in_process(library, can=True, start_us=wrap - 650_000, joints=16, counts_per_rev=4096),
         lambda: core_in_process(library, start_us=wrap - 200_000, joints=1, simulated=False),
     ]
 
 
 def sims_in_process() -> list[Callable[[], Any]]:
     """Every bench of the simulated board in virtual time."""
-    return [sim_with_hands, sim_in_process, lambda: sim_with_hands(16), lambda: sim_with_hands(1)]
+    return [
+        sim_with_hands,
+        sim_in_process,
+        lambda: sim_with_hands(16, counts_per_rev=4096),
+        lambda: sim_with_hands(1, drift_ppm=_DRIFT_PPM),
+    ]
 
 
 def warm_up() -> None:

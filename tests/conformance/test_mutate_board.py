@@ -7,11 +7,17 @@ import importlib.util
 import subprocess
 import sys
 from collections import Counter
+from functools import partial
 from types import ModuleType
 
 import pytest
 from building import ROOT, need
+from mutation.child import start, wait_for_any
+from mutation.mutant import Mutant
+from mutation.trial import SimTrial
 from samples import sample
+
+from snakebot.conformance import cases
 
 TOOL = ROOT / "tools/mutate_board"
 
@@ -31,13 +37,85 @@ def tool() -> ModuleType:
 def test_every_operator_is_tried_on_both_boards(tool: ModuleType) -> None:
     mutants = tool.all_mutants(None, None)
     counts = Counter((mutant.part, mutant.operator) for mutant in mutants)
-    operators = ("comparison", "condition", "logic", "arithmetic", "constant", "index", "value", "removal")
-    assert {key for key, count in counts.items() if count >= 10} == {
-        (part, operator) for part in ("core", "sim") for operator in operators
-    }
+    operators = (
+        "comparison", "condition", "logic", "arithmetic", "constant", "index", "value", "removal", "name", "arguments",
+    )  # fmt: skip
+    on_both = {(part, operator) for part in ("core", "sim") for operator in operators}
+    assert {key for key, count in counts.items() if count >= 10} == on_both | {("core", "bound")}
     assert len(mutants) > 2000
     names = Counter(mutant.name for mutant in mutants)
     assert max(names.values()) == 1, "a reason must mean one mutant"
+
+
+C_FUNCTION = b"""
+static bool may(const struct sb_modes *modes, uint32_t host, uint32_t now_us)
+{
+    if (host == 0u) {
+        return false;
+    }
+    for (uint8_t i = 0u; i < joints; i++) {
+        board->beat_due_us = next(wait_us, table[i], now_us);
+    }
+    return true;
+}
+"""
+C_FAULTS = (
+    "if (host == 0u) { ; }",  # an early return that is missing
+    "i < joints - 1",
+    "board->sample_due_us = next(",
+    "next(table[i], wait_us, now_us)",
+    "next(wait_us, now_us, table[i])",
+    "table[i + 1]",
+    "table[i - 1]",
+)
+PYTHON_FUNCTION = b"""
+class Board:
+    def may(self, joint, dt_s, wait_s):
+        if joint == 0:
+            return None
+        self._sample_due_s = self._beat_due_s + self.next(dt_s, wait_s) + self.table[joint]
+"""
+PYTHON_FAULTS = (
+    "if joint == 0: pass",
+    "= self._sample_due_s + self.next",
+    "self.next(wait_s, dt_s)",
+    "self.table[(joint) - 1]",
+)
+
+
+def test_slips_of_the_pen_are_among_the_faults(tool: ModuleType) -> None:
+    for text, changes, faults in (
+        (C_FUNCTION, tool.of_c.changes, C_FAULTS),
+        (PYTHON_FUNCTION, tool.of_python.changes, PYTHON_FAULTS),
+    ):
+        made = [
+            (text[:first] + instead.encode() + text[last:]).decode()
+            for _, first, last, instead in changes(text)
+        ]
+        for fault in faults:
+            assert sum(fault in "\n".join(_folded(one)) for one in made) >= 1, fault
+
+
+def _folded(text: str) -> list[str]:
+    """Its lines, and its lines with every stretch of white space as one space."""
+    return [text, " ".join(text.split())]
+
+
+def test_a_fault_in_the_compiled_limiter_is_the_boards_and_not_the_suites(tool: ModuleType) -> None:
+    cases()  # the suite has its own limiter before the board gets a faulty one
+    file = "snakebot/gait/slew.py"
+    text = (ROOT / file).read_bytes()
+    allowed = b"start.speed - tick.change, start.speed + tick.change"
+    for fault, found_by in (
+        (allowed, ""),
+        (allowed.replace(b"- tick", b"- 1.1 * tick"), "keeps_every_joints_limits"),
+    ):
+        changed = text.replace(allowed, fault) + b"\n# changed\n"
+        mutant = Mutant("sim", file, "", 1, "", "", changed, 1)
+        child = start(partial(SimTrial.run, mutant, ["keeps_every_joints_limits"]))
+        while (word := child.ended()) is None:
+            wait_for_any([child])
+        assert word == found_by
 
 
 def test_every_mutant_is_one_change(tool: ModuleType) -> None:

@@ -38,6 +38,8 @@ CANNOT = {
     "reports_no_count_beyond_16_bits": LEFT_ALONE,
     "unread_joints_get_no_power": SILENT,
     "lost_encoders_are_told": SILENT,
+    "unread_joints_stand_at_nought": SILENT,
+    "tells_angles_beyond_the_wire": "a real joint is not turned that far by a test",
     "keeps_its_built_in_limits": "a robot of bus servos is nobody's simulated board: it is not driven to its limits",
     "tells_its_supply": "servos resolve 0.1 V and 1 degC, and each has a current of its own; tried in tests/servobus",
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 
 import tree_sitter
 import tree_sitter_c
@@ -26,8 +27,37 @@ _FAMILIES = (
     ("DISARMED", "ARMED", "HOLDING", "STOPPED", "FAULT"),
     ("ACTIVE", "FREE", "RIGID"),
     ("OK", "BAD_VALUE", "BAD_JOINT", "FORBIDDEN", "HELD"),
+    ("BEAT_US", "SECOND_US"),
+    ("SB_WATCHDOG_US", "SB_HOLD_PATIENCE_US", "SB_RELAX_US"),
+)
+# Members of one kind, and variables: what a slip of the pen writes for one another.
+_SIBLINGS = (
+    ("beat_due_us", "sample_due_us", "second_due_us"),
+    ("received", "corrupt", "dropped", "clamped"),
+    ("fed_us", "fault_since_us"),
+    ("angle_rad", "speed_rad_s", "acceleration_rad_s2"),
+    ("applied_rad", "target_rad"),
+    ("slow", "fast"),
+    ("near", "other"),
+    ("low", "high"),
+    ("powered", "known", "reading"),
+    ("first_rad", "second_rad", "third_rad"),
+    ("measured", "applied"),
+    ("sequence", "sample"),
+    ("voltage_mv", "current_ma", "temperature_dc"),
+    ("shortest_ns", "longest_ns"),
+    ("firmware_major", "firmware_minor", "firmware_patch"),
+    ("dt_s", "dt_before_s"),
+    ("value", "largest"),
+    ("now_us", "due_us"),
+    ("token", "number"),
 )
 _NEXT = {name: family[(i + 1) % len(family)] for family in _FAMILIES for i, name in enumerate(family)}
+_SIBLING = {name: family[(i + 1) % len(family)] for family in _SIBLINGS for i, name in enumerate(family)}
+_POINTERS = {
+    "board", "joints", "modes", "limiter", "assembler", "frame", "step", "one", "tick", "latch", "group", "body",
+}  # fmt: skip
+_EITHER_WAY = ("fminf", "fmaxf", "memset", "memcpy", "SEND")  # the same, or no program
 _NUMBER = re.compile(r"(0[xX][0-9a-fA-F]+|[0-9.]+(?:[eE][-+]?[0-9]+)?)([uUlLfF]*)")
 
 
@@ -67,6 +97,7 @@ def _of(node: Node) -> Iterator[Change]:
     match node.type:
         case "binary_expression":
             yield from _binary(node)
+            yield from _bound(node)
         case "unary_expression":
             sign, argument = node.children[0], node.child_by_field_name("argument")
             if _said(sign) in ("!", "-", "~"):
@@ -98,11 +129,23 @@ def _of(node: Node) -> Iterator[Change]:
                 yield _put("constant", node, _NEXT[name])
             elif name in _TWINS:
                 yield _put("arithmetic", node, _TWINS[name])
+            elif name in _SIBLING and _is_read(node):
+                yield _put("name", node, _SIBLING[name])
+        case "field_identifier":
+            declared = node.parent is not None and node.parent.type == "field_declaration"
+            if _said(node) in _SIBLING and not declared:
+                yield _put("name", node, _SIBLING[_said(node)])
+        case "argument_list":
+            called = node.parent.child_by_field_name("function") if node.parent is not None else None
+            if called is not None and _said(called) not in _EITHER_WAY:
+                yield from _swapped(node)
         case "subscript_expression":
             index = node.child_by_field_name("index")
             assert index is not None
             if index.type != "number_literal":
                 yield _put("index", index, "0")
+                yield _put("index", index, f"{_said(index)} + 1")
+                yield _put("index", index, f"{_said(index)} - 1")
         case "expression_statement" | "break_statement" | "continue_statement":
             if node.named_child_count or node.type != "expression_statement":
                 yield _put("removal", node, ";")
@@ -113,6 +156,8 @@ def _of(node: Node) -> Iterator[Change]:
                 "number_literal", "true", "false", "compound_literal_expression",
             ):  # fmt: skip
                 yield _put("value", node.named_children[0], "0")
+            if _is_early(node):
+                yield _put("removal", node, ";")
         case "init_declarator":
             value = node.child_by_field_name("value")
             assert value is not None
@@ -120,6 +165,41 @@ def _of(node: Node) -> Iterator[Change]:
                 yield _put("value", value, "0")
         case _:
             pass
+
+
+def _is_read(node: Node) -> bool:
+    """The name of a variable where it is used, not where it is declared."""
+    parent = node.parent
+    return (
+        parent is not None
+        and not parent.type.endswith("declarator")
+        and parent.type != "parameter_declaration"
+    )
+
+
+def _is_early(node: Node) -> bool:
+    """A return that ends what an `if` stands before, where the function goes on after it."""
+    block = node.parent
+    branch = block.parent if block is not None else None
+    return branch is not None and branch.type == "if_statement" and branch.next_named_sibling is not None
+
+
+def _swapped(node: Node) -> Iterator[Change]:
+    """Two arguments beside each other, each in the other's place; pointers aside, which crash."""
+    for one, other in pairwise(node.named_children):
+        kinds = {one.type, other.type}
+        if kinds & {"comment", "pointer_expression"} or {_said(one), _said(other)} & _POINTERS:
+            continue
+        between = _said(node)[one.end_byte - node.start_byte : other.start_byte - node.start_byte]
+        yield "arguments", one.start_byte, other.end_byte, f"{_said(other)}{between}{_said(one)}"
+
+
+def _bound(node: Node) -> Iterator[Change]:
+    """The end of a loop, one sooner."""
+    loop = node.parent
+    operator, right = node.child_by_field_name("operator"), node.child_by_field_name("right")
+    if loop is not None and loop.type == "for_statement" and right is not None and _said(operator) == "<":
+        yield _put("bound", right, f"{_said(right)} - 1")
 
 
 def _binary(node: Node) -> Iterator[Change]:

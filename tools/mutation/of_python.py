@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from mutation.mutant import Change, other_numbers
 
@@ -25,10 +27,55 @@ _FAMILIES = {
     "LimitKind": ("ANGLE", "SPEED", "ACCELERATION"),
 }
 
+# Attributes and variables of one kind: what a slip of the pen writes for one another.
+_SIBLINGS = (
+    ("_beat_due_s", "_sample_due_s", "_counters_due_s"),
+    ("_received", "_corrupt"),
+    ("_refused", "clamped"),
+    ("_fed_s", "fault_since_s"),
+    ("angle_rad", "speed_rad_s", "acceleration_rad_s2"),
+    ("_watchdog_s", "fault_since_s"),
+    ("BEAT_S", "COUNTERS_S"),
+    ("HOLD_PATIENCE_S", "RELAX_S"),
+    ("_applied", "_target"),
+    ("slow", "fast"),
+    ("_trim_rad", "_zero_counts"),
+    ("_free", "_known"),
+    ("_watchdog_ms", "boot_id"),
+    ("serial_number", "boot_id"),
+    ("built_in", "limit"),
+    ("declared", "credit"),
+    ("measured", "applied"),
+    ("near", "other"),
+    ("angle", "speed", "acceleration"),
+    ("low", "high"),
+    ("dt", "dt_before"),
+    ("target", "target_before"),
+    ("received", "corrupt", "dropped", "clamped"),
+    ("joints", "counts"),
+    ("sequence", "sample"),
+    ("x_m", "y_m", "heading_rad", "speed_m_s"),
+)
+_SIBLING = {name: family[(i + 1) % len(family)] for family in _SIBLINGS for i, name in enumerate(family)}
+
+
+def _bound_names(text: bytes) -> list[tuple[int, int, set[str]]]:
+    """Of each function its first and last line, its arguments and its variables."""
+    found = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef) and node.end_lineno is not None:
+            names = {inner.arg for inner in ast.walk(node) if isinstance(inner, ast.arg)}
+            names |= {
+                n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+            }
+            found.append((node.lineno, node.end_lineno, names))
+    return found
+
 
 class _File:
     def __init__(self, text: bytes) -> None:
         self.text = text
+        self._bound = _bound_names(text)
         self._starts = [0]
         for line in text.splitlines(keepends=True):
             self._starts.append(self._starts[-1] + len(line))
@@ -40,6 +87,14 @@ class _File:
         assert node.end_lineno is not None
         assert node.end_col_offset is not None
         return self.place(node.lineno, node.col_offset), self.place(node.end_lineno, node.end_col_offset)
+
+    def binds(self, name: str | None, line: int) -> bool:
+        """That variable is one of the function that this line is in."""
+        return any(first <= line <= last and name in names for first, last, names in self._bound)
+
+    def has(self, name: str) -> bool:
+        """That name stands somewhere in this file."""
+        return re.search(rf"(?<![\w.]){re.escape(name)}\b", self.text.decode()) is not None
 
     def said(self, node: ast.expr | ast.stmt) -> str:
         first, last = self.span(node)
@@ -117,6 +172,8 @@ def _of(file: _File, node: ast.AST) -> Iterator[Change]:
         case ast.If() | ast.While():
             yield file.put("condition", node.test, "True")
             yield file.put("condition", node.test, "False")
+            if isinstance(node.body[-1], ast.Return):  # an early one: what follows is done as well
+                yield file.put("removal", node.body[-1], "pass")
         case ast.IfExp():
             yield file.put("condition", node, f"({file.said(node.body)})")
             yield file.put("condition", node, f"({file.said(node.orelse)})")
@@ -133,8 +190,29 @@ def _of(file: _File, node: ast.AST) -> Iterator[Change]:
             yield file.put("constant", node, f"{file.said(owner)}.{instead}")
         case ast.Name(id=name) if name in _TWINS:
             yield file.put("arithmetic", node, _TWINS[name])
+        case ast.Name(id=name, ctx=ast.Load()) if name in (
+            "BEAT_S",
+            "COUNTERS_S",
+            "HOLD_PATIENCE_S",
+            "RELAX_S",
+        ):
+            yield file.put("name", node, _SIBLING[name])
+        case ast.Name(id=name, ctx=ast.Load()) if file.binds(_SIBLING.get(name), node.lineno):
+            yield file.put("name", node, _SIBLING[name])
+        case ast.Attribute(attr=name, value=owner, ctx=ast.Load()) if name in _SIBLING:
+            instead = f"{file.said(owner)}.{_SIBLING[name]}"
+            if file.has(instead):  # what has no such attribute only crashes
+                yield file.put("name", node, instead)
         case ast.Subscript(slice=ast.Name() | ast.Attribute() | ast.BinOp()):
             yield file.put("index", node.slice, "0")
+            yield file.put("index", node.slice, f"({file.said(node.slice)}) - 1")
+        case ast.Call() if len(node.args) > 1 and file.said(node.func) not in _TWINS:
+            for one, other in pairwise(node.args):
+                if _unit(file.said(one)) != _unit(file.said(other)):
+                    continue  # a number for an object only crashes
+                first, last = file.span(one)[0], file.span(other)[1]
+                gap = file.text[file.span(one)[1] : file.span(other)[0]].decode()
+                yield "arguments", first, last, f"{file.said(other)}{gap}{file.said(one)}"
         case ast.Expr(value=ast.Call()):
             yield file.put("removal", node, "pass")
         case ast.Assign(targets=[ast.Attribute() | ast.Subscript(), *_]):
@@ -147,6 +225,11 @@ def _of(file: _File, node: ast.AST) -> Iterator[Change]:
             yield file.put("removal", node, "pass")
         case _:
             pass
+
+
+def _unit(said: str) -> str:
+    """What an expression ends with: names of one kind have one suffix."""
+    return "" if said.replace(".", "").isdigit() else said.rpartition("_")[2].rstrip("])")
 
 
 def _sign(operator: ast.operator) -> str:

@@ -149,13 +149,34 @@ class SimTrial:
         target = mutant.file.removesuffix(".py").replace("/", ".")
         for name in [n for n in sys.modules if n.startswith(cls.MODULES)]:
             del sys.modules[name]
-        sys.meta_path.insert(0, _Finder(target, mutant.text, mutant.file))
+        if target == _COMPILED:
+            sys.meta_path.insert(0, _beside(mutant))
+        else:
+            sys.meta_path.insert(0, _Finder(target, mutant.text, mutant.file))
         import snakebot.softboard
 
         vars(boards).update(
             SoftBoard=snakebot.softboard.SoftBoard, InProcessLink=snakebot.softboard.InProcessLink
         )
         return failing_case(boards.sims_in_process(), order)
+
+
+_COMPILED = "snakebot.gait.slew"
+_BESIDE = "snakebot.gait.slew_with_a_fault"
+
+
+def _beside(mutant: Mutant) -> _Finder:
+    """The board's limiter uses the faulty arithmetic, as plain Python; the suite's, which is its measure, does not."""
+    plain = b"njit = lambda *types, **options: types[0] if callable(types[0]) else lambda function: function"
+    text = mutant.text.replace(b"from numba import njit", plain)
+    module = ModuleType(_BESIDE)
+    sys.modules[_BESIDE] = module
+    exec(compile(text, mutant.file, "exec"), module.__dict__)
+    limits = ROOT / "snakebot/gait/limits.py"
+    faulty = limits.read_bytes().replace(
+        b"from snakebot.gait import slew", b"from snakebot.gait import slew_with_a_fault as slew"
+    )
+    return _Finder("snakebot.gait.limits", faulty, str(limits))
 
 
 class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):

@@ -15,6 +15,7 @@ float simulated_joints_target(uint8_t joint);
 
 /* What the hardware is to report from now on. */
 void simulated_joints_fault(uint8_t code, uint8_t joint, int16_t detail);
+/* Joint j (from 1) measures j mA and 2 j tenths of a degree more than that. */
 void simulated_joints_supply(bool measured, uint16_t voltage_mv, int16_t current_ma, int16_t temperature_dc);
 void simulated_joints_encoder_lost(uint8_t joint, bool lost);
 

@@ -1,0 +1,78 @@
+"""Each fault of the hardware by its own code, joint and value; and when arming asks for it."""
+
+from __future__ import annotations
+
+from firmware_protocol.catalogue import NOBODY, Fault, FaultEvent, Mode, Result
+from snakebot.conformance.bench import Bench
+from snakebot.conformance.case import case
+from snakebot.conformance.violations import expect
+
+_OF_HARDWARE = tuple(f for f in Fault if f not in (Fault.NONE, Fault.WATCHDOG, Fault.EMERGENCY_STOP))
+_DETAILS = (32767, -32768, 1, -1, 256, 0)  # ends of 16 bits, and either byte by itself
+
+
+@case(
+    "Every fault of the hardware is told by its own code, joint and value; what comes after it is told without them.",
+    needs=("fail",),
+)
+def tells_every_fault(bench: Bench) -> None:
+    fail = bench.lab.fail
+    assert fail is not None
+    for number, code in enumerate(_OF_HARDWARE):
+        joint, detail = (number * 7) % (bench.joints + 1), _DETAILS[number % len(_DETAILS)]
+        bench.fresh()
+        bench.enter(Mode.HOLDING if number % 2 else Mode.ARMED)
+        fail(code, joint, detail)
+        event = bench.wait(FaultEvent, 0.05)
+        fail(Fault.NONE, 0, 0)
+        seen = (event.code, event.joint, event.detail)
+        expect(
+            seen == (code, joint, detail),
+            f"{code.name.lower()} of joint {joint}, {detail}, was told as {event}",
+        )
+        again = bench.wait(FaultEvent, 0.15)
+        expect(again == event, f"a fault was told as {event}, then as {again}")
+        beat = bench.beat()
+        expect((beat.mode, beat.fault) == (Mode.FAULT, code), f"{code.name.lower()}: the heartbeat is {beat}")
+        if number % 2:
+            stop = bench.stop()
+            expect(
+                (stop.joint, stop.detail) == (0, 0),
+                f"a stop after a fault of joint {joint} is told as {stop}",
+            )
+        bench.make_safe()
+        bench.enter(Mode.FAULT)
+        event = bench.wait(FaultEvent, 0.15)
+        seen = (event.code, event.joint, event.detail)
+        expect(
+            seen == (Fault.WATCHDOG, 0, 0), f"a watchdog's fault after {code.name.lower()} is told as {event}"
+        )
+
+
+@case(
+    "A fault of the hardware that lasts is looked for last: held, bad_value and forbidden come before faulty.",
+    needs=("fail",),
+)
+def looks_for_faults_last(bench: Bench) -> None:
+    fail = bench.lab.fail
+    assert fail is not None
+    table = (
+        (Mode.DISARMED, Mode.ARMED, NOBODY, Result.BAD_VALUE, 0),
+        (Mode.DISARMED, Mode.HOLDING, bench.host, Result.FORBIDDEN, 0),
+        (Mode.DISARMED, Mode.DISARMED, bench.host, Result.OK, 0),
+        (Mode.DISARMED, Mode.ARMED, bench.host, Result.FAULTY, Fault.UNDERVOLTAGE),
+        (Mode.STOPPED, Mode.ARMED, bench.host, Result.FORBIDDEN, 0),
+        (Mode.FAULT, Mode.ARMED, bench.host, Result.FORBIDDEN, 0),
+        (Mode.FAULT, Mode.ARMED, NOBODY, Result.BAD_VALUE, 0),
+    )
+    for mode, wanted, host, result, detail in table:
+        bench.fresh()
+        bench.enter(mode)
+        fail(Fault.UNDERVOLTAGE, 0, 0)
+        answer = bench.go(wanted, host)
+        fail(Fault.NONE, 0, 0)
+        expect(
+            (answer.result, answer.mode, answer.detail) == (result, mode, detail),
+            f"{mode.name.lower()}, with a fault that lasts, {wanted.name.lower()} was asked for by {host:x} and "
+            f"answered {answer}",
+        )

@@ -30,7 +30,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from bench_loop_peers import JOINTS, MULTICAST, Figures, build_c, c_loop, echo_loop, serve_echo
+from loop_peers import JOINTS, MULTICAST, Figures, build_c, c_loop, echo_loop, serve_echo
 
 ROOT = Path(__file__).resolve().parent.parent
 

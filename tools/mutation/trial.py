@@ -128,7 +128,12 @@ class CoreTrial:
 class SimTrial:
     """Loads the simulated board anew with one module changed. The suite's own modules stay as they are."""
 
-    MODULES = ("snakebot.softboard", "snakebot.gait.limits", "firmware_protocol.assembly")
+    MODULES = (
+        "snakebot.softboard",
+        "snakebot.gait.limits",
+        "firmware_protocol.assembly",
+        "firmware_protocol.whole_tick",
+    )
 
     @staticmethod
     def prepare(mutant: Mutant | None, to: Path) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from snakebot.diagnosis.result import BudgetEntry, Diagnosis, RankingEntry, StatedNumber
 from snakebot.diagnosis.show.named import (
     cause_name,
+    effect_of,
     effect_title,
     explanation,
     in_degrees,
@@ -158,7 +159,8 @@ def add_stated(section: Section, found: Diagnosis, robot: Robot) -> None:
 def _not_told(found: Diagnosis, robot: Robot) -> list[list[object]]:
     """Numbers of the description that these runs say nothing of, and those that are taken as exact."""
     told = {number.number for number in found.nominal}
-    changed = {cause.effect for cause in found.causes if found.verdict in ("explained", "partly")}
+    causes = found.causes if found.verdict in ("explained", "partly") else ()
+    set_by_cause = {kind for cause in causes if (effect := effect_of(cause)) for kind in effect.covers}
     stated: list[tuple[str, float | tuple[float, ...]]] = [
         ("servo.time_constant_s", robot.servo.time_constant_s)
     ]
@@ -178,9 +180,8 @@ def _not_told(found: Diagnosis, robot: Robot) -> list[list[object]]:
         if name in told:
             continue
         called, unit, factor = STATED[name]
-        ground = name.startswith("friction") and "ground_friction" in changed
-        lag = name.startswith("servo") and changed & {"servo_lag", "second_order", "position_loop"}
-        why = "see the cause" if ground or lag else "not told by these runs"
+        kind = {"friction": "friction", "servo": "delay"}.get(name.split(".")[0])
+        why = "see the cause" if kind in set_by_cause else "not told by these runs"
         rows.append([called, "the robot", f"{_listed(value, factor)} {unit}", why, "", "", ""])
     return rows + [[called, "the robot", value, "taken as stated", "", "", ""] for called, value in exact]
 

@@ -104,9 +104,8 @@ class BoardConnection:
 
     def quicken(self) -> None:
         """From now on whole ticks are written and read by compiled code; the board must be connected."""
-        from firmware_protocol.whole_tick import (
-            AnswerReader,
-        )  # brings the compiler in: only who runs a tick needs it
+        # Brings the compiler in: only who runs a tick needs it.
+        from firmware_protocol.whole_tick import AnswerReader
 
         assert self.info is not None
         self.link.quicken()

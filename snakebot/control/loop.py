@@ -40,9 +40,8 @@ from snakebot.robot import Robot
 from snakebot.runlog import records
 from snakebot.steering import Course
 
-LISTEN_SHARE = (
-    0.5  # of the interval: for so long nothing else is done after a set-point, until its answer comes; chosen
-)
+# Share of the interval in which nothing else is done after a set-point, until its answer comes; chosen.
+LISTEN_SHARE = 0.5
 _LAST_ANSWERS_S = 0.02  # listened to after the last tick: nothing feeds the watchdog meanwhile
 GAIT_BLEND_S = 1.0  # a change of gait is spread over this time; chosen
 _POSE_POLL_S = 0.05  # of the wait for a first pose; chosen

@@ -14,12 +14,14 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.catalogue import JointMode
 from snakebot.errors import BadInputError
+from snakebot.nearest import did_you_mean
 
 if TYPE_CHECKING:
     from snakebot.robot import Robot
 
+_KINDS = ("free", "rigid", "clear")
 _GRAMMAR = re.compile(
-    r"(?P<kind>free|rigid|clear)"
+    rf"(?P<kind>{'|'.join(_KINDS)})"
     r"(?::(?P<joints>\d{1,9}(?:\+\d{1,9})*)(?:=(?P<angle>[-+]?\d+(?:\.\d*)?))?)?"
     r"(?:@(?P<at>\d{1,9}(?:\.\d*)?)s?)?"
 )
@@ -78,7 +80,10 @@ def parse_fault(text: str, joints: int) -> JointFault:
     """
     match = _GRAMMAR.fullmatch(text.strip())
     if match is None or (match["joints"] is None) != (match["kind"] == "clear" and match["joints"] is None):
-        raise BadInputError(f"--fault {text!r}: not understood; give for example {_EXAMPLES}")
+        kind = re.split("[:@]", text.strip(), maxsplit=1)[0]
+        hint = "" if kind in _KINDS else did_you_mean(kind, _KINDS)
+        example = f"{hint} Give" if hint else "; give"
+        raise BadInputError(f"--fault {text!r}: not understood{example} for example {_EXAMPLES}")
     chosen = tuple(range(1, joints + 1))
     if match["joints"] is not None:
         chosen = tuple(dict.fromkeys(int(joint) for joint in match["joints"].split("+")))

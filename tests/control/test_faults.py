@@ -46,3 +46,10 @@ def test_nonsense_never_does_anything_but_the_documented_error(text: str) -> Non
         return
     assert set(fault.joints) <= {1, 2, 3, 4, 5}
     assert fault.at_s >= 0
+
+
+def test_a_misspelt_kind_names_the_nearest() -> None:
+    with pytest.raises(BadInputError, match=r"not understood; did you mean free\? Give for example free:3"):
+        parse_fault("fre:3", 5)
+    with pytest.raises(BadInputError, match="not understood; give for example"):
+        parse_fault("free", 5)

@@ -12,20 +12,39 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from types import FrameType
 
 from snakebot.cli import ctrl_c
 
 EXIT_INTERRUPTED = 130  # as in snakebot.errors, which is imported later
-_AGAIN_S = 0.01  # a finaliser has ended by then
+_AGAIN_S = 0.01  # a finaliser has ended by then, and most imports; chosen
 
 _at_work = False  # there may be something to end properly: KeyboardInterrupt unwinds to it
 
 
-def _on_interrupt(*_: object) -> None:
+def _on_interrupt(_: int, frame: FrameType | None) -> None:
     ctrl_c.pressed = True
-    if _at_work:
-        raise KeyboardInterrupt
-    _leave("snakebot: aborted\n")
+    if not _at_work:
+        _leave("snakebot: aborted\n")
+    if _importing(frame):
+        _again()
+        return
+    raise KeyboardInterrupt
+
+
+def _importing(frame: FrameType | None) -> bool:
+    """Whether a module is being imported: compiled ones print an error of their own where that is interrupted."""
+    while frame is not None:
+        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _again() -> None:
+    """Let Ctrl-C come once more, in a moment. A thread would have to be started, and that wait can be interrupted."""
+    signal.signal(signal.SIGALRM, _on_interrupt)
+    signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
 
 
 def _leave(last_words: str) -> None:
@@ -70,6 +89,4 @@ def _on_unraisable(unraisable: sys.UnraisableHookArgs) -> None:
     if not issubclass(unraisable.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(unraisable)
         return
-    # A timer of the system's: a thread would have to be started, and that wait can be interrupted in its turn.
-    signal.signal(signal.SIGALRM, _on_interrupt)
-    signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
+    _again()

@@ -55,6 +55,28 @@ main.cli.main = work
 entry.main()
 """
 
+IN_A_LIBRARY_THAT_PRINTS = """
+import os, signal, sys, time
+from pathlib import Path
+from snakebot.cli import entry, main
+folder = sys.argv.pop(1)
+(Path(folder) / "prints.py").write_text(
+    "import os, signal, sys\\n"
+    "try:\\n"
+    "    os.kill(os.getpid(), signal.SIGINT)\\n"
+    "    len('')\\n"
+    "except KeyboardInterrupt:\\n"
+    "    print('ImportError: printed by the library', file=sys.stderr)\\n"
+)
+sys.path.insert(0, folder)
+def work(**_):
+    import prints
+    time.sleep(20)
+    print("went on")
+main.main = work
+entry.main()
+"""
+
 LOST = """
 import contextlib, os, signal
 from snakebot.cli import entry
@@ -99,6 +121,12 @@ def test_while_it_imports(number: int, tmp_path: Path) -> None:
 
 def test_in_a_finaliser() -> None:
     status, out, said = python(IN_A_FINALISER)
+    quiet(status, said)
+    assert not out
+
+
+def test_where_a_library_that_is_imported_would_print_it(tmp_path: Path) -> None:
+    status, out, said = python(IN_A_LIBRARY_THAT_PRINTS, str(tmp_path))
     quiet(status, said)
     assert not out
 

@@ -116,9 +116,8 @@ class StreamDecoder:
 
     def quicken(self) -> StreamDecoder:
         """From now on undamaged packets that come in one piece are looked over by compiled code. Returns itself."""
-        from firmware_protocol.tick_kernels import (
-            count,
-        )  # brings the compiler in: only those who run a tick need it
+        # Brings the compiler in: only those who run a tick need it.
+        from firmware_protocol.tick_kernels import count
 
         self._count = count
         return self

@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from snakebot.runlog import Run
 
 STEP_S = 0.01  # of the times at which set-points are compared; chosen
-LASTING = (
-    10  # such steps, over which a joint speed is a mean: a step of the set-point asks for no speed; chosen
-)
+# Such steps, over which a joint speed is a mean: a step of the set-point asks for no speed; chosen.
+LASTING = 10
 DIGITS = 4  # of what is written; chosen
 
 

@@ -144,10 +144,10 @@ class Simulator:
 
     def load(self, index: int) -> Floats | None:
         """Torques (N, k) of the nominal motion; None on a bench without an arm."""
-        run = self.data.runs[index]
-        stages = self.stages((), in_air=run.lifted)
 
         def torque() -> Floats | None:
+            run = self.data.runs[index]
+            stages = self.stages((), in_air=run.lifted)
             track = stages.link(*self.set_points[index])
             return stages.torque_of(run.t_s, self.joints(stages, index, track).angle_rad)
 
@@ -155,9 +155,12 @@ class Simulator:
 
     def measured_load(self, index: int) -> Floats | None:
         """Torques (N, k) of the measured motion, by inverse dynamics; None on a bench without an arm."""
-        run = self.data.runs[index]
-        stages = self.stages((), in_air=run.lifted)
-        return self._kept(self._measured_loads, index, lambda: stages.torque_of(run.t_s, self.smooth[index]))
+
+        def torque() -> Floats | None:
+            run = self.data.runs[index]
+            return self.stages((), in_air=run.lifted).torque_of(run.t_s, self.smooth[index])
+
+        return self._kept(self._measured_loads, index, torque)
 
     def _kept(self, known: dict[int, Floats], index: int, make: Callable[[], Floats | None]) -> Floats | None:
         """What is ``known`` of a run, made at the first time that it is asked for."""

@@ -172,6 +172,17 @@ def count(data: Any) -> int:
     return frames
 
 
+@_part
+def _take_group(payload: int, wire: Any, row: int, seen: int, raw: Any) -> int:
+    """Put the joints of a group frame into ``raw``; groups ``seen`` with it, -1 where it is no group or one again."""
+    group = _get(payload, wire, row, 1)
+    if group >= raw.size // GROUP or seen >> group & 1:
+        return -1
+    for joint in range(GROUP):
+        raw[GROUP * group + joint] = _get_signed(payload, wire, row, 2 + joint)
+    return seen | 1 << group
+
+
 @njit(_INT64(_BYTES, _TABLE, _INTS, _FLOATS), cache=True)
 def read_setpoint(data: Any, wire: Any, raw: Any, angles: Any) -> int:
     """One set-point of all joints, nothing missing and nothing else.
@@ -193,12 +204,9 @@ def read_setpoint(data: Any, wire: Any, raw: Any, angles: Any) -> int:
             identifier, length, payload = _packet(data, at, end)
             if identifier == wire[SETPOINT, 0]:
                 row = SETPOINT
-                group = _get(payload, wire, row, 1)
-                if group >= groups or seen >> group & 1:
+                seen = _take_group(payload, wire, row, seen, raw)
+                if seen < 0:
                     return -1
-                seen |= 1 << group
-                for joint in range(GROUP):
-                    raw[GROUP * group + joint] = _get_signed(payload, wire, row, 2 + joint)
             elif identifier == wire[LATCH, 0] and latch < 0:
                 row = LATCH
                 latch = _get(payload, wire, row, 0) << 8 | _get(payload, wire, row, 2)
@@ -250,20 +258,14 @@ def read_answer(data: Any, wire: Any, state: Any, counts: Any, applied: Any, pos
                         state[field] = _get(payload, wire, row, field)
                 elif identifier == wire[MEASURED, 0]:
                     row = MEASURED
-                    group = _get(payload, wire, row, 1)
-                    if group >= groups or seen_measured >> group & 1:
+                    seen_measured = _take_group(payload, wire, row, seen_measured, counts)
+                    if seen_measured < 0:
                         return -1
-                    seen_measured |= 1 << group
-                    for joint in range(GROUP):
-                        counts[GROUP * group + joint] = _get_signed(payload, wire, row, 2 + joint)
                 elif identifier == wire[APPLIED, 0]:
                     row = APPLIED
-                    group = _get(payload, wire, row, 1)
-                    if group >= groups or seen_applied >> group & 1:
+                    seen_applied = _take_group(payload, wire, row, seen_applied, applied)
+                    if seen_applied < 0:
                         return -1
-                    seen_applied |= 1 << group
-                    for joint in range(GROUP):
-                        applied[GROUP * group + joint] = _get_signed(payload, wire, row, 2 + joint)
                 else:
                     return -1
                 all_groups = _mask(groups)

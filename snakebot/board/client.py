@@ -255,12 +255,18 @@ class Board(BoardConnection):
             self._send([msg.HostHeartbeat(self.host, self._heartbeats)])
             self.ping()
         self._read(timeout_s)
-        if self.clock.now_s() - self._heard_s > SILENCE_S:
+        if self._silent:  # or this computer stood still: what was said meanwhile waits in the line
+            self._read(0.0)
+        if self._silent:
             raise LostBoardError(
                 f"{self.where}: the board has been silent for {SILENCE_S:g} s: "
                 "its watchdog has stopped the joints; check cable and supply, then start again"
             )
         return self.heard()
+
+    @property
+    def _silent(self) -> bool:
+        return self.clock.now_s() - self._heard_s > SILENCE_S
 
     def check_robot(self, robot: Robot) -> None:
         """Raises: BadInputError: the board is not this robot's (joints or encoder resolution differ)."""

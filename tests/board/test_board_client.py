@@ -199,6 +199,31 @@ def test_the_largest_limit_of_the_wire_reaches_the_board(rig: Rig) -> None:
     rig.board.set_limits(robot)
 
 
+@pytest.mark.parametrize("held", [True, False])
+def test_a_host_that_stood_still_listens_again_before_it_calls_the_board_lost(rig: Rig, held: bool) -> None:
+    """What it heard last is older than half a second; what the board has said since waits in the line."""
+    rig.board.connect()
+    rig.board.arm()
+    rig.board.heard()
+    rig.board.poll()
+    if held:  # frames from before the standstill, not taken in yet
+        rig.board.ping()
+        rig.board.await_answer(0.05)
+        rig.clock.sleep_until(rig.clock.now_s() + 1.5)
+    else:  # it stands still after it has found nothing
+        real = rig.link.receive
+
+        def receive(timeout_s: float) -> list[Frame]:
+            rig.link.receive = real  # type: ignore[method-assign]
+            rig.clock.sleep_until(rig.clock.now_s() + 1.5)
+            return []
+
+        rig.link.receive = receive  # type: ignore[method-assign]
+    with pytest.raises(BoardFaultError, match="watchdog stopped the joints"):
+        for _ in range(3):
+            rig.board.poll()
+
+
 def test_a_silent_board_is_lost_after_half_a_second(rig: Rig) -> None:
     rig.board.connect()
     rig.change = lambda message: None

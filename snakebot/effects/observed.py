@@ -140,14 +140,24 @@ class Observed:
         """Nearly the largest torque that each joint bore, from the model, as its motion was without the noise of the
         readings; NaN without a body or an arm.
         """
+        return self._load_at(0.98)
+
+    @cached_property
+    def top_load_nm(self) -> Vector:
+        """As ``peak_load_nm``, but of the fewest samples: a servo whose torque is limited never bore more than that."""
+        return self._load_at(0.995)
+
+    def _load_at(self, share: float) -> Vector:
+        if not self._loads:
+            return np.full(self.robot.joints, np.nan)
+        return _pooled(self._loads, lambda load: np.nanquantile(np.abs(load), share))
+
+    @cached_property
+    def _loads(self) -> list[Vector]:
+        """Torques of each run; none without a body or an arm."""
         stages = assemble(self.robot, ())
-        loads = []
-        for run in self.runs:
-            torque = stages.torque_of(run.t_s, smoothed(run.t_s, filled(run.measured_rad)))
-            if torque is None:
-                return np.full(self.robot.joints, np.nan)
-            loads.append(torque)
-        return _pooled(loads, lambda load: np.nanquantile(np.abs(load), 0.98))
+        loads = [stages.torque_of(run.t_s, smoothed(run.t_s, filled(run.measured_rad))) for run in self.runs]
+        return [load for load in loads if load is not None]
 
     def _rates(self) -> list[Vector]:
         rates = []
@@ -185,6 +195,11 @@ class Observed:
         values = figure[list(joints)]
         values = values[np.isfinite(values)]
         return float(np.median(values)) if values.size else otherwise
+
+    def most(self, figure: Vector, joints: tuple[int, ...], otherwise: float) -> float:
+        """Largest of a figure over some joints; ``otherwise`` where the data say nothing."""
+        values = figure[list(joints)]
+        return float(np.nanmax(values)) if np.isfinite(values).any() else otherwise
 
 
 def _paired(a: Vector, b: Vector) -> tuple[Vector, Vector]:

@@ -15,10 +15,11 @@ from snakebot.diagnosis.evidence.gap import beyond, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
-from snakebot.diagnosis.fit.trial import Trial, each_joint
+from snakebot.diagnosis.fit.trial import Trial, each_joint, specs_of
 from snakebot.diagnosis.search.candidate import Candidate, added, start_values
 from snakebot.diagnosis.search.ground_candidates import ground_candidates
 from snakebot.diagnosis.search.library import Library
+from snakebot.diagnosis.search.outlook import promised_on_a_joint
 from snakebot.effects.effect import Effect
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import find_effect
@@ -28,6 +29,7 @@ Fixed = tuple[tuple[str, float | tuple[float, ...]], ...]
 HELPS_SE = 2.5  # standard errors that an effect must gain on a joint; chosen
 HELPS_SCORE = 0.03  # score that it must gain there: 6 % of the mean square; chosen
 HELPS_SHARE = 0.2  # share of what it gains on the joint it helps most, that it must gain there; chosen
+PROMISED = 0.5  # share of it, to be promised where the whole body must be simulated for a first look; chosen
 MOST_ALONE = 3  # joints tried one by one where the whole body must be simulated for each; chosen
 LARGE_SHARE = 0.4  # share of the gap of a joint that is tried alone where there are more; chosen
 # Range of a parameter over the joints, over its median, from which on one joint is tried; chosen.
@@ -144,6 +146,10 @@ def _of_kind(
     terms, starts = _one_each(library.observed, effect, fixed)
     if terms and evidence.predictor.simulator.rough_needs_body(terms[0].specs(starts[0][0])):
         return _coupled(evidence, library, base, effect, fixed, taken)
+    if evidence.predictor.simulator.rough_needs_body(base.specs):
+        sets = ([*base.specs, *specs_of(terms, start)] for start in starts)
+        if promised_on_a_joint(evidence, base, sets) < PROMISED * HELPS_SCORE:
+            return []
     runs, fit = each_joint(evidence, base, terms, starts)
     gains = [_joint_gain(evidence.angles, base, runs, fit.residual, j) for j in range(joints)]
     helped = [j for j in helped_joints(evidence.scoring, base, gains) if j + 1 not in taken]

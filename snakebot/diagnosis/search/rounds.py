@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import chain
 
@@ -16,7 +16,9 @@ from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.candidates import candidates
+from snakebot.diagnosis.search.groups import degenerate
 from snakebot.diagnosis.search.library import Library
+from snakebot.diagnosis.search.outlook import promising
 from snakebot.effects import registry
 from snakebot.effects.effect import Effect
 
@@ -42,7 +44,7 @@ def explore(
         progress(f"trying {wanted[count - 1].name}", 0.6 * count / len(wanted))
 
     made = in_parallel(partial(candidates, evidence, library, base), wanted, tell)
-    fits = first_looks(evidence, chain.from_iterable(made), base)
+    fits = first_looks(evidence, list(chain.from_iterable(made)), base)
     reached = [
         float((scoring.score(t.fitted_square) - scoring.score(base.fitted_square))[scoring.decides].mean())
         for t in fits
@@ -55,9 +57,21 @@ def explore(
         : MOST_FURTHER if base.hypothesis.terms else MOST_TRIALS
     ]
     progress("holding out gaits", 0.8)
-    trials = held_out(evidence, [fits[i] for i in kept if reached[i] > 0])
+    worth = [fits[i] for i in kept if reached[i] > 0]
+    trials = held_out(evidence, [t for t in worth if not _says_no_more(evidence, t, worth)])
     progress("", 1.0)
     return ranked(scoring, trials), fits
+
+
+def _says_no_more(evidence: Evidence, fit: Trial, others: Sequence[Trial]) -> bool:
+    """Whether a fit that must simulate the whole body has shrunk to a simpler one of the same joints beside it."""
+    joints = fit.hypothesis.terms[-1].joints
+    return evidence.predictor.simulator.needs_body(fit.specs) and any(
+        degenerate(other, fit)
+        and other.hypothesis.terms[-1].joints == joints
+        and abs(other.fitted_score(evidence.scoring) - fit.fitted_score(evidence.scoring)) < NO_LOSS
+        for other in others
+    )
 
 
 def called_for(scoring: Scoring, base: Trial, effects: Sequence[Effect]) -> list[Effect]:
@@ -66,11 +80,14 @@ def called_for(scoring: Scoring, base: Trial, effects: Sequence[Effect]) -> list
     return [e for e in effects if (gap.ground_significant if e.stage == "body" else gap.significant.any())]
 
 
-def first_looks(evidence: Evidence, made: Iterable[Candidate], base: Trial | None = None) -> list[Trial]:
-    """A rough fit of each candidate, nothing held out; what a ``base`` of many terms says is left as it is."""
+def first_looks(evidence: Evidence, made: Sequence[Candidate], base: Trial | None = None) -> list[Trial]:
+    """A rough fit of each candidate, nothing held out; on top of a ``base``, of those that promise something, and what
+    a base of many terms says is left as it is.
+    """
     last = base is not None and len(base.hypothesis.terms) >= MANY_TERMS
     look = partial(run_trial, evidence, cross=False, rough=True, last=last)
-    return in_parallel(lambda c: look(c.hypothesis, c.starts), made)
+    worth = made if base is None else promising(evidence, base, made)
+    return in_parallel(lambda c: look(c.hypothesis, c.starts), worth)
 
 
 def held_out(evidence: Evidence, fits: Sequence[Trial]) -> list[Trial]:

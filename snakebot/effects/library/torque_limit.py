@@ -56,8 +56,9 @@ class TorqueLimit(Effect):
         rows[joints, layout.TORQUE_LIMIT_NM] = spec.value("limit_nm")
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
-        peak = observed.over(observed.peak_load_nm, joints, 1.0)
-        return [{"limit_nm": self.parameters[0].clip(share * peak)} for share in (0.6, 0.9)]
+        """What no servo bore more than, by the measured motion, is the limit, where there is one."""
+        top = observed.most(observed.top_load_nm, joints, 1.0)
+        return [{"limit_nm": self.parameters[0].clip(share * top)} for share in (1.0, 0.9)]
 
     def plainer(self, values: Sequence[float], load_nm: float) -> str | None:
         """A servo that holds next to nothing is dead."""

@@ -1,0 +1,86 @@
+"""Whether a first look at an effect is worth its time: what the effect could close at best, seen from one prediction at
+each start.
+
+The change that an effect makes at a start is scaled as suits best. A fit bends on from there, but not from a change
+that points nowhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
+
+import numpy as np
+
+from snakebot.arrays import Bools, Floats
+from snakebot.diagnosis.evidence.gap import gap_of
+from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.score import CHANGED
+from snakebot.diagnosis.fit.parallel import in_parallel
+from snakebot.diagnosis.fit.trial import Trial, informative_runs
+from snakebot.diagnosis.search.candidate import Candidate
+from snakebot.effects.spec import EffectSpec
+
+# Shares of the change that an effect makes at a start, and multiples: the best is what a fit might reach; chosen.
+SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
+WORTH = 0.1  # share of the largest gain promised that a candidate is to promise; chosen
+
+
+def promising(evidence: Evidence, base: Trial, candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Those of ``candidates`` that promise a share of what the best promises over ``base``, and those of which a
+    few predictions tell nothing: where nothing is fitted, or only the motion over ground changes.
+    """
+    told = [c for c in candidates if c.starts[0].size and c.hypothesis.terms[-1].stage != "body"]
+    promised = dict(zip(told, in_parallel(partial(promise, evidence, base), told), strict=True))
+    least = WORTH * max(promised.values(), default=0.0)
+    return [c for c in candidates if promised.get(c, np.inf) >= max(least, 0.0)]
+
+
+def promise(evidence: Evidence, base: Trial, candidate: Candidate) -> float:
+    """The largest gain in mean score over ``base``, on the two runs that tell most."""
+    rows, old = _compared(evidence), _square(evidence, base, {})
+    made = _scaled(evidence, base, (candidate.hypothesis.specs(start) for start in candidate.starts))
+    return max(float(_gain(evidence, new, old)[rows].mean()) for new in made)
+
+
+def promised_on_a_joint(evidence: Evidence, base: Trial, sets: Iterable[Sequence[EffectSpec]]) -> float:
+    """The largest mean gain over ``base`` on one joint with a gap, where one of the ``sets`` of effects does something:
+    an effect on each joint is tried on all of them at once.
+    """
+    allowed, joint = evidence.scoring.allowed_square, evidence.scoring.joint
+    rows, old = _compared(evidence), _square(evidence, base, {})
+    with_gap = np.flatnonzero(gap_of(evidence.scoring, base.held_square).significant)
+    best = 0.0
+    for new in _scaled(evidence, base, sets):
+        gain, moved = _gain(evidence, new, old), rows & (np.abs(new - old) > CHANGED * allowed)
+        means = [float(gain[mine].mean()) for j in with_gap if (mine := moved & (joint == j)).any()]
+        best = max((best, *means))
+    return best
+
+
+def _compared(evidence: Evidence) -> Bools:
+    """(B,) blocks of the angles in the runs that are predicted."""
+    return evidence.scoring.of_angles & np.isin(evidence.scoring.run, informative_runs(evidence))
+
+
+def _gain(evidence: Evidence, better: Floats, worse: Floats) -> Floats:
+    """(B,) gains in score of the mean squares (B,) of one explanation over another's."""
+    return evidence.scoring.score(better) - evidence.scoring.score(worse)
+
+
+def _scaled(evidence: Evidence, base: Trial, sets: Iterable[Sequence[EffectSpec]]) -> Iterator[Floats]:
+    """(B,) mean squares with each share of the change that each of the ``sets`` of effects makes to ``base``."""
+    runs = informative_runs(evidence)
+    for specs in sets:
+        made = evidence.predictor.readings(specs, runs, rough=True)
+        change = {i: reading - base.readings[i] for i, reading in zip(runs, made, strict=True)}
+        for share in SHARES:
+            yield _square(evidence, base, {i: share * moved for i, moved in change.items()})
+
+
+def _square(evidence: Evidence, base: Trial, change: dict[int, Floats]) -> Floats:
+    """(B,) mean squares that ``base`` leaves where its readings (N, k) of some runs are changed."""
+    left = [rest - change[i] if i in change else rest for i, rest in enumerate(base.left)]
+    square = base.held_square.copy()
+    square[evidence.scoring.of_angles] = evidence.angles.blocks.mean_square(left)
+    return evidence.scoring.credited(square)

@@ -65,7 +65,7 @@ def test_the_joint_that_an_effect_helps_tells_its_promise(slow_joint: tuple[Evid
 
 
 def test_a_torque_limit_starts_where_the_measured_motion_never_bore_more() -> None:
-    """Within what smoothing makes of torque that is cut off; and of several joints at the top of all: none bears more."""
+    """Within what smoothing makes of torque that is cut off. Of several joints: where none bore more."""
     limit_nm = 1.5
     session = make_session(snake(), [f"torque_limit:limit_nm={limit_nm}"])
     observed = Observed(session.robot, session.runs)

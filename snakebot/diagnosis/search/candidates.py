@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -15,11 +16,12 @@ from snakebot.diagnosis.evidence.gap import beyond, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
+from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, each_joint, specs_of
 from snakebot.diagnosis.search.candidate import Candidate, added, start_values
 from snakebot.diagnosis.search.ground_candidates import ground_candidates
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.search.outlook import promised_on_a_joint
+from snakebot.diagnosis.search.outlook import WORTH, promised_on_a_joint
 from snakebot.effects.effect import Effect
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import find_effect
@@ -51,6 +53,32 @@ def candidates(evidence: Evidence, library: Library, base: Trial, effect: Effect
         starts = _spread(term, [start_values(term, s) for s in effect.starts(library.observed, every)])
         return [added(base, term, starts)]
     return _per_joint(evidence, library, base, effect)
+
+
+def with_promise(
+    evidence: Evidence, library: Library, base: Trial, effects: Sequence[Effect]
+) -> list[Effect]:
+    """Those of ``effects`` to try on top of ``base``: where that must simulate the whole body, not those that promise
+    less on any joint than a share of what the best promises, or of what an effect must gain.
+    """
+    if not evidence.predictor.simulator.rough_needs_body(base.specs):
+        return list(effects)
+    promised = in_parallel(partial(_promise, evidence, library, base), effects)
+    best = max((p for p in promised if np.isfinite(p)), default=0.0)
+    least = max(WORTH * best, PROMISED * HELPS_SCORE)
+    return [effect for effect, promise in zip(effects, promised, strict=True) if promise >= least]
+
+
+def _promise(evidence: Evidence, library: Library, base: Trial, effect: Effect) -> float:
+    """What an effect that is fitted to each joint promises on one of them; infinite for others."""
+    if effect.stage == "body" or effect.is_read_off or not effect.per_joint:
+        return np.inf
+    best = 0.0
+    for fixed in kinds(library, effect):
+        terms, starts = _one_each(library.observed, effect, fixed)
+        sets = ([*base.specs, *specs_of(terms, start)] for start in starts)
+        best = max(best, promised_on_a_joint(evidence, base, sets))
+    return best
 
 
 def _spread(term: Term, starts: Sequence[Floats]) -> list[Floats]:
@@ -146,10 +174,6 @@ def _of_kind(
     terms, starts = _one_each(library.observed, effect, fixed)
     if terms and evidence.predictor.simulator.rough_needs_body(terms[0].specs(starts[0][0])):
         return _coupled(evidence, library, base, effect, fixed, taken)
-    if evidence.predictor.simulator.rough_needs_body(base.specs):
-        sets = ([*base.specs, *specs_of(terms, start)] for start in starts)
-        if promised_on_a_joint(evidence, base, sets) < PROMISED * HELPS_SCORE:
-            return []
     runs, fit = each_joint(evidence, base, terms, starts)
     gains = [_joint_gain(evidence.angles, base, runs, fit.residual, j) for j in range(joints)]
     helped = [j for j in helped_joints(evidence.scoring, base, gains) if j + 1 not in taken]

@@ -10,13 +10,12 @@ import numpy as np
 
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import Scoring
+from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.search.candidate import Candidate
-from snakebot.diagnosis.search.candidates import candidates
-from snakebot.diagnosis.search.groups import degenerate
+from snakebot.diagnosis.search.candidates import candidates, with_promise
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.outlook import promising
 from snakebot.effects import registry
@@ -36,7 +35,7 @@ def explore(
 ) -> tuple[list[Trial], list[Trial]]:
     """Trials of each effect on top of ``base``, best first by held-out score, and all fits, held out or not."""
     scoring = evidence.scoring
-    wanted = called_for(scoring, base, library.effects)
+    wanted = called_for(evidence, library, base, library.effects)
     if not wanted:
         return [], []
 
@@ -57,27 +56,16 @@ def explore(
         : MOST_FURTHER if base.hypothesis.terms else MOST_TRIALS
     ]
     progress("holding out gaits", 0.8)
-    worth = [fits[i] for i in kept if reached[i] > 0]
-    trials = held_out(evidence, [t for t in worth if not _says_no_more(evidence, t, worth)])
+    trials = held_out(evidence, [fits[i] for i in kept if reached[i] > 0], base)
     progress("", 1.0)
     return ranked(scoring, trials), fits
 
 
-def _says_no_more(evidence: Evidence, fit: Trial, others: Sequence[Trial]) -> bool:
-    """Whether a fit that must simulate the whole body has shrunk to a simpler one of the same joints beside it."""
-    joints = fit.hypothesis.terms[-1].joints
-    return evidence.predictor.simulator.needs_body(fit.specs) and any(
-        degenerate(other, fit)
-        and other.hypothesis.terms[-1].joints == joints
-        and abs(other.fitted_score(evidence.scoring) - fit.fitted_score(evidence.scoring)) < NO_LOSS
-        for other in others
-    )
-
-
-def called_for(scoring: Scoring, base: Trial, effects: Sequence[Effect]) -> list[Effect]:
-    """Effects for whose side, angles or ground, ``base`` leaves a gap."""
-    gap = gap_of(scoring, base.held_square)
-    return [e for e in effects if (gap.ground_significant if e.stage == "body" else gap.significant.any())]
+def called_for(evidence: Evidence, library: Library, base: Trial, effects: Sequence[Effect]) -> list[Effect]:
+    """Effects for whose side, angles or ground, ``base`` leaves a gap, and that promise to close some of it."""
+    gap = gap_of(evidence.scoring, base.held_square)
+    called = [e for e in effects if (gap.ground_significant if e.stage == "body" else gap.significant.any())]
+    return with_promise(evidence, library, base, called)
 
 
 def first_looks(evidence: Evidence, made: Sequence[Candidate], base: Trial | None = None) -> list[Trial]:
@@ -90,9 +78,24 @@ def first_looks(evidence: Evidence, made: Sequence[Candidate], base: Trial | Non
     return in_parallel(lambda c: look(c.hypothesis, c.starts), worth)
 
 
-def held_out(evidence: Evidence, fits: Sequence[Trial]) -> list[Trial]:
-    """The same explanations, cross-validated from where these fits ended."""
-    return in_parallel(lambda t: run_trial(evidence, t.hypothesis, [t.theta]), fits)
+def held_out(evidence: Evidence, fits: Sequence[Trial], base: Trial | None = None) -> list[Trial]:
+    """The same explanations, cross-validated from where these fits ended; but not one that must simulate the whole body
+    to say what a simpler one says, of these or ``base``.
+    """
+    simpler = fits if base is None else [base, *fits]
+    worth = [t for t in fits if not any(_says_no_more(evidence, t, other) for other in simpler)]
+    return in_parallel(lambda t: run_trial(evidence, t.hypothesis, [t.theta]), worth)
+
+
+def _says_no_more(evidence: Evidence, fit: Trial, other: Trial) -> bool:
+    """Whether a fit that must simulate the whole body predicts what one of fewer parameters predicts as well."""
+    if fit.theta.size <= other.theta.size or not evidence.predictor.simulator.needs_body(fit.specs):
+        return False
+    apart = [mine - its for mine, its in zip(fit.readings, other.readings, strict=True)]
+    square = evidence.angles.blocks.mean_square([np.nan_to_num(part) for part in apart])
+    share = square / evidence.angles.allowed_square
+    joint = evidence.angles.blocks.joint
+    return all(float(share[joint == j].mean()) < CHANGED for j in np.unique(joint))
 
 
 def ranked(scoring: Scoring, trials: Sequence[Trial]) -> list[Trial]:

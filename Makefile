@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 
-.PHONY: run test slow thorough blind blind-wheels lint types clean
+.PHONY: run test slow thorough blind blind-wheels kernels lint types clean
 
 $(BIN)/snakebot: pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit("snakebot needs Python 3.11 or newer, found " + sys.version.split()[0]) if sys.version_info < (3, 11) else None'
@@ -20,19 +20,29 @@ $(VENV)/.linted: pyproject.toml $(BIN)/snakebot
 	$(PIP) install --editable '.[lint]'
 	touch $@
 
+# Each of the processes that run tests would compile the same for half a minute, all at the same time.
+KERNELS := $(shell grep --recursive --files-with-matches --include='*.py' njit firmware_protocol snakebot tools) $(wildcard snakebot/physics/*.py)
+$(VENV)/.compiled: $(KERNELS) $(VENV)/.tested
+	$(BIN)/python tools/compile_kernels.py
+	touch $@
+
+kernels: $(VENV)/.compiled  ## what is compiled to machine code, on disk before the tests
+
 run: $(BIN)/snakebot  ## the main job, on the simulated board
 	$(BIN)/snakebot run --alpha 66 --beta 80 --omega 2 --cycles 4
 
 # Half of what a test does is waiting for a clock: four at once keep two cores busy.
-test: $(VENV)/.tested  ## the default suite
+test: $(VENV)/.compiled  ## the default suite
 	$(BIN)/python -m pytest -n 4 --dist worksteal
 
 # What holds programs to a real clock has the computer to itself, without what computes beside it. The conformance suite
-# waits nine tenths of its time, and asks again where this computer was late: four at once.
-slow: $(VENV)/.tested  ## what the default suite leaves out
-	$(BIN)/python -m pytest -n 2 --dist worksteal -m "slow and not real_time" --timeout 600
-	$(BIN)/python -m pytest -n 4 --dist worksteal -m real_time --timeout 600 tests/conformance
-	$(BIN)/python -m pytest -n 2 --dist worksteal -m real_time --timeout 600 --ignore tests/conformance
+# waits nine tenths of its time, and asks again where this computer was late: eight at once. The others start programs
+# and browsers, and wait three quarters of it: four at once. Some that compute wait for a servo bus: three keep two
+# cores busy.
+slow: $(VENV)/.compiled  ## what the default suite leaves out
+	$(BIN)/python -m pytest -n 3 --dist worksteal -m "slow and not real_time" --timeout 600
+	$(BIN)/python -m pytest -n 8 --dist worksteal -m real_time --timeout 600 tests/conformance
+	$(BIN)/python -m pytest -n 4 --dist worksteal -m real_time --timeout 600 --ignore tests/conformance
 
 thorough:  ## the same with its searches at full length: an hour on two cores
 	SNAKEBOT_TESTS=thorough $(MAKE) slow

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tool_calls import called
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8") + (ROOT / "docs" / "view.md").read_text(
@@ -65,9 +66,7 @@ def test_the_pages_name_what_there_is() -> None:
 
 def test_the_benches_that_are_named_are_there() -> None:
     for name, options in re.findall(r"`tools/(bench_\w+\.py)([^`]*)`", TEXT):
-        done = subprocess.run(
-            [sys.executable, str(ROOT / "tools" / name), "--help"], capture_output=True, text=True
-        )
+        done = called(ROOT / "tools" / name, "--help")
         assert done.returncode == 0
         for option in re.findall(r"--\w+", options):
             assert option in done.stdout, (name, option)

@@ -6,12 +6,12 @@ import re
 import select
 import shlex
 import subprocess
-import sys
 from typing import Any
 
 import pytest
 from building import BUILD, FIRMWARE, ROOT, make, need
 from click.testing import CliRunner
+from tool_calls import called
 
 from snakebot.cli.main import cli
 
@@ -79,7 +79,8 @@ def test_the_tools_are_there_and_the_generated_files_up_to_date() -> None:
     for tool in tools:
         option = "--check" if "make_" in tool else "--help"
         if "coverage" not in tool:
-            subprocess.run([sys.executable, str(ROOT / tool), option], check=True, capture_output=True)
+            done = called(ROOT / tool, option)
+            assert done.returncode == 0, done.stderr
         assert (ROOT / tool).exists()
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from tool_calls import called
 
 ROOT = Path(__file__).parents[2]
 
@@ -53,17 +52,13 @@ def test_every_tool_on_the_page_exists_and_knows_its_options(command: str) -> No
     assert (ROOT / tool).exists()
     if not words:
         return
-    done = subprocess.run(
-        [sys.executable, tool, *([words[0]] if words[0].isalpha() else []), "--help"],
-        capture_output=True,
-        text=True,
-        cwd=ROOT,
-    )
+    done = called(ROOT / tool, *([words[0]] if words[0].isalpha() else []), "--help")
     assert done.returncode == 0, done.stderr
     told = done.stdout
     if tool.endswith("bad_wire_run.py"):  # it hands on what is the proxy's
-        proxy = [sys.executable, "tools/bad_wire.py", "proxy", "--help"]
-        told += subprocess.run(proxy, capture_output=True, text=True, cwd=ROOT, check=True).stdout
+        proxy = called(ROOT / "tools" / "bad_wire.py", "proxy", "--help")
+        assert proxy.returncode == 0, proxy.stderr
+        told += proxy.stdout
     for word in words:
         assert not word.startswith("--") or word in told, word
 

@@ -1,4 +1,4 @@
-"""The scripts of tools/blind called in this process, where what they print and answer is tested and no process is."""
+"""The scripts of tools/ called in this process, where what they print and answer is tested and no process is."""
 
 from __future__ import annotations
 

@@ -1,0 +1,39 @@
+"""Compile what the tests run, before several processes do it side by side: python tools/compile_kernels.py
+
+Where compiled code is on disk already it takes some seconds. What is not met here is compiled by its first caller.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+import numpy as np
+from bench_cluster import warm
+from blind.robot import real_robot
+from blind.wire_plant import BlindPlant
+
+from snakebot.physics import ChainModel, replay
+from snakebot.robot import load_robot
+from snakebot.softboard import SoftBoard
+
+
+def boards() -> None:
+    """The board in software, and the robot of the blind check behind one."""
+    SoftBoard(load_robot("penn_state"))
+    BlindPlant(real_robot(np.random.default_rng(0)))
+
+
+def recorded_motion() -> None:
+    """A chain led by joint angles over time."""
+    one = np.ones(6)
+    t_s = np.linspace(0.0, 0.1, 6)
+    replay(ChainModel(one, one, one, one, one, one, one, one), t_s, np.zeros((6, 5)))
+
+
+if __name__ == "__main__":
+    boards()
+    recorded_motion()
+    warm()  # a sweep of gaits, and a diagnosis

@@ -257,13 +257,20 @@ def forgets_what_came_before_arming(bench: Bench) -> None:
     bench.must_go(Mode.ARMED)
     _send(bench, messages[-1:])
     bench.refused(bench.sequence & 0xFFFF, "its groups had come before the board was armed")
-    bench.sequence += 1
-    messages = _parts(bench, bench.sequence, here)
-    _send(bench, messages[:-1])
-    bench.must_go(Mode.DISARMED)
-    bench.must_go(Mode.ARMED)
-    _send(bench, messages[-1:])
-    bench.refused(bench.sequence & 0xFFFF, "its groups had come before the board was armed again")
+    for between in (Mode.DISARMED, Mode.HOLDING):
+        for begins_with_latch in (False, True):
+            bench.sequence += 1
+            messages = _parts(bench, bench.sequence, here)
+            if begins_with_latch:
+                messages.reverse()
+            _send(bench, messages[:-1])
+            bench.must_go(between)
+            bench.must_go(Mode.ARMED)
+            _send(bench, messages[-1:])
+            bench.refused(
+                bench.sequence & 0xFFFF,
+                f"it began before the board was {between.name.lower()} and armed again",
+            )
 
 
 @case("Sample numbers wrap at 12 bits while set-points stream.", long=True)

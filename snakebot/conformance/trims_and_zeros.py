@@ -6,11 +6,21 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from firmware_protocol.assembly import ANGLE_STEP_RAD
-from firmware_protocol.catalogue import MAX_TRIM_RAD, JointMode, LimitKind, Result, TrimRequest, ZeroRequest
+from firmware_protocol.catalogue import (
+    MAX_TRIM_RAD,
+    JointMode,
+    LimitKind,
+    Mode,
+    Result,
+    TrimRequest,
+    ZeroRequest,
+)
 from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
 from snakebot.conformance.lag import angles_of, at_rest, read_now
 from snakebot.conformance.violations import NotApplicableError, expect
+
+_TRIM_RAD = 0.1
 
 
 def _trim_all(bench: Bench, trims: Sequence[float]) -> None:
@@ -109,6 +119,29 @@ def a_reset_brings_trims_into_force(bench: Bench) -> None:
                     f"joint {joint} has a trim of {MAX_TRIM_RAD} rad since before the reset: its servo was told "
                     f"{abs(now - was):.3f} rad more",
                 )
+
+
+@case("A free joint's new trim comes into force when it gets power, not when the board does; nothing jumps.")
+def trims_wait_for_their_joints_power(bench: Bench) -> None:
+    for joint in range(1, bench.joints + 1):
+        side = 1.0 if joint % 2 else -1.0
+        with _trimmed(
+            bench, [side * _TRIM_RAD if other == joint else 0.0 for other in range(1, bench.joints + 1)]
+        ):
+            expect(bench.set_joint_mode(joint, JointMode.FREE).result is Result.OK, "free was refused")
+            here = bench.arm()
+            bench.stand_at(here, 0.1, "a stream with a free joint")
+            bench.must_go(Mode.HOLDING)
+            before = angles_of(bench, bench.samples[-1])[joint - 1]
+            expect(bench.set_joint_mode(joint, JointMode.ACTIVE).result is Result.OK, "active was refused")
+            sample = read_now(bench)
+            moved = abs(angles_of(bench, sample)[joint - 1] - before)
+            told = sample.applied_rad[joint - 1] - before
+            expect(
+                moved < _TRIM_RAD / 4 and abs(told + side * _TRIM_RAD) < _TRIM_RAD / 4,
+                f"joint {joint} was free when the board was armed, and got power with a new trim of "
+                f"{side * _TRIM_RAD} rad: it moved by {moved:.3f} rad, its register is {told:.3f} rad off",
+            )
 
 
 def _zero_all(bench: Bench, zeros: Sequence[int]) -> None:

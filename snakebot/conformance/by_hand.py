@@ -127,7 +127,7 @@ def power_finds_joints_where_they_are(bench: Bench) -> None:
             stands, commanded = now - was - side * _TURN_RAD, register - was - side * _TURN_RAD
             expect(
                 max(abs(stands), abs(commanded)) < _TURN_RAD / 4,
-                f"{mode.name.lower()} joint {joint} was turned by {side * _TURN_RAD:.2f} rad and got power: its register is "
+                f"{mode.name.lower()} joint {joint} was turned {side * _TURN_RAD:.2f} rad and armed; its register is "
                 f"{commanded:.3f} rad off there, and it stands {stands:.3f} rad off",
             )
 

@@ -216,8 +216,8 @@ def ignores_groups_without_joints(bench: Bench) -> None:
         for group in range(groups(bench.joints), 16)
     ]
     begun = _parts(bench, bench.sequence + 1, here)
-    _send(bench, begun[:1])
-    bench.send_frames([*(encode(part) for part in parts), *strange, encode(latch)])
+    _send(bench, [parts[0], begun[0]])  # beside it: what is written behind the last joint might get there
+    bench.send_frames([*(encode(part) for part in parts[1:]), *strange, encode(latch)])
     sample = bench.answered(bench.sequence & 0xFFFF)
     expect(sample, "a complete set-point among groups without joints was not executed")
     assert sample is not None

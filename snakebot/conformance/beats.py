@@ -90,6 +90,17 @@ def orders_its_samples(bench: Bench) -> None:
         expect(set(angles) == {0.0}, f"joints that the board does not have are applied {angles} rad")
 
 
+@case("While set-points stream the heartbeats come 10 times a second as ever, and Counters once.")
+def speaks_while_it_streams(bench: Bench) -> None:
+    here = bench.arm()
+    bench.heard.clear()
+    bench.stream(2.3, lambda t: here)
+    beats = sum(isinstance(m, BoardHeartbeat) for m in bench.heard)
+    counters = sum(isinstance(m, Counters) for m in bench.heard)
+    expect(21 <= beats <= 25, f"{beats} heartbeats in 2.3 s of set-points")
+    expect(2 <= counters <= 3, f"{counters} Counters in 2.3 s of set-points")
+
+
 @case("Samples are numbered on, one by one, through every change of the mode.")
 def numbers_on_through_all_modes(bench: Bench) -> None:
     here = bench.arm()

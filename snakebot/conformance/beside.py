@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from firmware_protocol.assembly import setpoint_messages
 from firmware_protocol.catalogue import (
     LATCHES,
+    Acknowledge,
     ClearRequest,
     HostHeartbeat,
     InfoRequest,
@@ -74,6 +75,45 @@ def nothing_beside_changes_the_rule(bench: Bench) -> None:
             bench.send(*asides[number % len(asides)])
 
     play(bench, arm_finely(bench), limits, 4 * bench.nudge_rad, 160, 12, before_each=aside)
+
+
+@case(
+    "A joint that is made free, rigid and active again in mid-motion changes nothing of the rule for the others."
+)
+def one_joints_mode_is_no_others(bench: Bench) -> None:
+    for apart in sorted({1, bench.joints} if bench.joints > 1 else ()):
+        bench.fresh()
+        here = bench.sample().applied_rad
+        limits = [slow_limits(bench, joint, angle, 4) for joint, angle in enumerate(here, start=1)]
+        set_all(bench, limits)
+        modes = (JointMode.FREE, JointMode.ACTIVE, JointMode.RIGID_HERE, JointMode.ACTIVE)
+
+        def turn(number: int, apart: int = apart, modes: Sequence[JointMode] = modes) -> None:
+            if number % 5 == 4:
+                bench.set_joint_mode(apart, modes[number // 5 % len(modes)])
+
+        play(bench, arm_finely(bench), limits, 4 * bench.nudge_rad, 90, 12, before_each=turn, but_joint=apart)
+
+
+@case("Every request is done, whatever its token: the one before may have had the same.")
+def tokens_mean_nothing(bench: Bench) -> None:
+    token = bench.token()
+    for mode in (Mode.ARMED, Mode.HOLDING, Mode.ARMED, Mode.DISARMED):
+        bench.send(ModeRequest(token, mode, bench.host))
+        answer = bench.wait(Acknowledge, token=token)
+        expect(answer.mode is mode, f"{mode.name.lower()} was asked for with the token before: {answer}")
+    built_in = bench.built_in(1, LimitKind.SPEED)
+    for share in (1.0, 0.5, 1.0):
+        bench.send(
+            LimitRequest(
+                token, 1, LimitKind.SPEED, round(share * built_in / LIMIT_STEP) * LIMIT_STEP, bench.host
+            )
+        )
+        told = reports_of(bench, InfoRequest(bench.host))[1].speed_rad_s
+        expect(
+            abs(told - share * built_in) < 1.01 * LIMIT_STEP,
+            f"a limit of {share * built_in:.3f} was asked for with the token before, {told:.3f} is in force",
+        )
 
 
 @case("What is answered held, or bad_value, is not done: no joint mode, limit, trim or zero, of any joint.")

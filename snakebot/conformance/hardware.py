@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 from firmware_protocol.catalogue import (
     LATCHES,
     BoardHeartbeat,
@@ -269,12 +271,14 @@ def _of_joints(measured: tuple[int, int, int], joints: int) -> tuple[int, int, i
 def tells_its_supply(bench: Bench) -> None:
     supply = bench.lab.supply
     assert supply is not None
-    for measured in ((11_987, -250, 423), None):
+    for measured, armed in itertools.product(((11_987, -250, 423), None), (False, True)):
+        bench.fresh()
         supply(measured)
         try:
             bench.wait(Counters, 1.6)
+            here = bench.arm() if armed else ()
             bench.heard.clear()
-            bench.listen(1.99)
+            bench.stream(1.8, lambda t, here=here: here) if armed else bench.listen(1.8)  # type: ignore[misc]
             supplies = [m for m in bench.heard if isinstance(m, Supply)]
             of_joints = [m for m in bench.heard if isinstance(m, JointSupply)]
         finally:

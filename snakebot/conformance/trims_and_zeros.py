@@ -186,6 +186,34 @@ def each_joint_has_its_zero(bench: Bench) -> None:
         _zero_all(bench, [0] * bench.joints)
 
 
+@case("A joint keeps its trim when its zero is set, and its zero when its trim is.")
+def trims_and_zeros_are_two_things(bench: Bench) -> None:
+    trims = _alternating(bench, 1.0, 0.03, 0.01)
+    with _trimmed(bench, trims):
+        plain = _trims_seen(bench)
+        raw = _counts(bench)
+        zeros = [20 + 3 * joint for joint in range(bench.joints)]
+        try:
+            _zero_all(bench, zeros)
+            shifted = _counts(bench)
+            _trim_all(bench, [-trim for trim in trims])
+            again = _counts(bench)
+            _trim_all(bench, trims)
+            seen = _trims_seen(bench)
+        finally:
+            _zero_all(bench, [0] * bench.joints)
+        for joint, zero in enumerate(zeros):
+            moved = max(abs(now[joint] - raw[joint] + zero) for now in (shifted, again))
+            expect(
+                moved <= 2,
+                f"joint {joint + 1} has zero {zero}, and its reading is {moved} counts off after a trim",
+            )
+            off = abs(seen[joint] - plain[joint] + zero * bench.rad_per_count)  # a servo knows no zero
+            expect(
+                off < 0.005, f"the trim of joint {joint + 1} is {off:.3f} rad another after its zero was set"
+            )
+
+
 @case("Counts beyond 16 bits are no reading: a wrong angle would be worse.")
 def reports_no_count_beyond_16_bits(bench: Bench) -> None:
     if not bench.simulated:

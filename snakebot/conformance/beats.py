@@ -90,6 +90,35 @@ def orders_its_samples(bench: Bench) -> None:
         expect(set(angles) == {0.0}, f"joints that the board does not have are applied {angles} rad")
 
 
+@case("While set-points stream the heartbeats come 10 times a second as ever, and Counters once.")
+def speaks_while_it_streams(bench: Bench) -> None:
+    here = bench.arm()
+    bench.heard.clear()
+    bench.stream(2.3, lambda t: here)
+    beats = sum(isinstance(m, BoardHeartbeat) for m in bench.heard)
+    counters = sum(isinstance(m, Counters) for m in bench.heard)
+    expect(21 <= beats <= 25, f"{beats} heartbeats in 2.3 s of set-points")
+    expect(2 <= counters <= 3, f"{counters} Counters in 2.3 s of set-points")
+
+
+@case("Samples are numbered on, one by one, through every change of the mode.")
+def numbers_on_through_all_modes(bench: Bench) -> None:
+    here = bench.arm()
+    bench.stream(0.03, lambda t: here)
+    for mode in (Mode.ARMED, Mode.HOLDING, Mode.ARMED, Mode.DISARMED, Mode.ARMED):
+        bench.must_go(mode)
+    bench.stream(0.03, lambda t: here)
+    bench.stop()
+    bench.clear()
+    bench.listen(0.12)
+    bench.enter(Mode.FAULT)
+    bench.clear()
+    bench.listen(0.12)
+    numbers = [m.sample for m in bench.heard if isinstance(m, State)]
+    jumps = [(a, b) for a, b in itertools.pairwise(numbers) if (b - a) % 4096 != 1]
+    expect(not jumps and len(numbers) > 6, f"sample numbers jump where the mode changes: {jumps}")
+
+
 @case("In each mode the samples and the heartbeat name it, its holder, its power and its fault.")
 def names_its_mode(bench: Bench) -> None:
     wanted = {
@@ -130,9 +159,14 @@ def names_its_mode(bench: Bench) -> None:
     "Unasked samples begin 100 ms after the last set-point, with its number; a State has the time of its reading."
 )
 def goes_on_unasked(bench: Bench) -> None:
-    for sequence in (1, 4095, 40_000):
+    for sequence, pause_s in (
+        (1, 0.0),
+        (4095, 0.037),
+        (40_000, 0.071),
+    ):  # wherever the heartbeat is between two
         bench.fresh()
         here = bench.arm()
+        bench.listen(pause_s)
         bench.sequence = sequence
         before = bench.ping().board_time_us
         bench.samples.clear()  # one unasked, from before, may have the number that comes now

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 from firmware_protocol.assembly import to_wire
@@ -106,8 +107,12 @@ def held_joints_come_back(bench: Bench) -> None:
 )
 def power_finds_joints_where_they_are(bench: Bench) -> None:
     assert bench.lab.turn_joint is not None
-    for side in (1.0, -1.0):
+    for side, mode in itertools.product(
+        (1.0, -1.0), (JointMode.ACTIVE, JointMode.RIGID, JointMode.RIGID_HERE)
+    ):
         bench.fresh()
+        for joint in range(1, bench.joints + 1):
+            bench.set_joint_mode(joint, mode)
         before = angles_of(bench, bench.sample())
         bench.listen(0.01)  # no unasked sample is near, for which the board would read its encoders
         for joint, angle in enumerate(before, start=1):
@@ -122,7 +127,7 @@ def power_finds_joints_where_they_are(bench: Bench) -> None:
             stands, commanded = now - was - side * _TURN_RAD, register - was - side * _TURN_RAD
             expect(
                 max(abs(stands), abs(commanded)) < _TURN_RAD / 4,
-                f"joint {joint} was turned by {side * _TURN_RAD:.2f} rad and given power: its register is "
+                f"{mode.name.lower()} joint {joint} was turned {side * _TURN_RAD:.2f} rad and armed; its register is "
                 f"{commanded:.3f} rad off there, and it stands {stands:.3f} rad off",
             )
 
@@ -165,6 +170,31 @@ def feels_joint_modes(bench: Bench) -> None:
             bench.must_go(Mode.HOLDING)
             powered = [mode is not JointMode.FREE or other != joint for other in range(1, bench.joints + 1)]
             feel(bench, powered, f"holding, joint {joint} {mode.name.lower()}")
+
+
+@case(
+    "Rigid joints relax with the others 2 s after a fault; a clear before that takes their power, and so does a reset.",
+    needs=("turn_joint", "reset"),
+)
+def rigid_joints_relax(bench: Bench) -> None:
+    assert bench.reset is not None
+    for kind, after in itertools.product(
+        (JointMode.RIGID, JointMode.RIGID_HERE), ("2 s", "a clear", "a reset")
+    ):
+        bench.fresh()
+        for joint, angle in enumerate(bench.arm(), start=1):
+            bench.set_joint_mode(joint, kind, angle)
+        bench.wait(FaultEvent, code=Fault.WATCHDOG)
+        feel(bench, _all(bench), f"{kind.name.lower()}, in the first second after a fault")
+        if after == "2 s":
+            bench.listen(1.2)
+        elif after == "a clear":
+            bench.make_safe()
+        else:
+            bench.reset()
+            bench.identify()
+            bench.begin()
+        feel(bench, _none(bench), f"{kind.name.lower()}, frozen by a fault, after {after}")
 
 
 @case("Encoders are read when the set-point takes effect.", needs=("turn_joint",))

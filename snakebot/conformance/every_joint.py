@@ -130,6 +130,22 @@ def each_rigid_joint_has_its_angle(bench: Bench) -> None:
             _near(bench, applied, wanted, f"joints up to {joint} active again")
 
 
+@case("A rigid joint that is made rigid at another angle goes there; what was refused in between moves none.")
+def rigid_joints_take_their_last_angle(bench: Bench) -> None:
+    here = bench.arm()
+    for side in (1.0, -1.0, 0.5):
+        goals = _goals(bench, here, side)
+        for joint, goal in enumerate(goals, start=1):
+            answer = bench.set_joint_mode(joint, JointMode.RIGID, goal)
+            expect(answer.result is Result.OK, f"rigid at {goal:.4f} rad, joint {joint}: {answer}")
+            answer = bench.set_joint_mode(joint, JointMode.RIGID, here[joint - 1], bench.other)
+            expect(answer.result is Result.HELD, f"another host's rigid was answered {answer}")
+            bench.listen(0.01)
+            bench.executed(here, "one with rigid joints")
+        applied = bench.stand_at(here, 0.4, "the stream").applied_rad
+        _near(bench, applied, goals, "all rigid, at other angles than before")
+
+
 @case("rigid_here, joint by joint: that joint stays, the others follow the set-points, to both sides.")
 def each_rigid_here_joint_stays(bench: Bench) -> None:
     before = bench.counters().clamped

@@ -139,6 +139,28 @@ def takes_zeros_and_single_bytes(bench: Bench) -> None:
     expect(grown == 0, f"extra zeros were counted as {grown} corrupt packets")
 
 
+@case(
+    "A packet that lost bytes on the line is corrupt, also right after the same one whole: nothing of that stands in.",
+    needs=("send_bytes",),
+)
+def completes_no_packet_from_the_one_before(bench: Bench) -> None:
+    assert bench.send_bytes is not None
+    before = bench.counters()
+    whole = pack(encode(Ping(0x5A5A5A5A)))[:-1]
+    lost = [(first, last) for first in range(len(whole)) for last in range(first + 1, len(whole) + 1)]
+    for first, last in lost:
+        bench.send_bytes(whole + b"\0")
+        bench.wait(Pong, nonce=0x5A5A5A5A)
+        bench.heard.clear()
+        bench.send_bytes(whole[:first] + whole[last:] + b"\0")
+        bench.ping()
+        pongs = [m for m in bench.heard if isinstance(m, Pong) and m.nonce == 0x5A5A5A5A]
+        expect(not pongs, f"a Ping that had lost bytes {first + 1} to {last} was answered")
+    grown = _grown(before, bench.counters(), "corrupt")
+    wanted = len(lost) - 1  # one has lost all
+    expect(grown == wanted, f"of {wanted} packets that had lost bytes {grown} were counted as corrupt")
+
+
 @case("Noise costs the packets it touches, and nothing else.", needs=("send_bytes",))
 def survives_noise(bench: Bench) -> None:
     assert bench.send_bytes is not None

@@ -32,6 +32,7 @@ class Lab:
         fail: a fault of the hardware (code, joint, detail) begins, or with ``Fault.NONE`` ends.
         supply: what the supply's sensors measure from now on: mV, mA, tenths of a degree Celsius; None: no sensors.
             Joint j's (from 1) measure j mA and 2 j tenths of a degree more.
+        supply_is_of_joints: the supply's own sensors are its joints': their currents added up, the highest temperature.
         draw: what the board's source of random numbers gives next, before others.
         store_trim: what is stored of a joint's trim (from 1; steps of the wire), as a damaged memory may leave it.
         plate: what should be written on the board.
@@ -43,6 +44,7 @@ class Lab:
     lose_encoder: Callable[[int, bool], None] | None = None
     fail: Callable[[Fault, int, int], None] | None = None
     supply: Callable[[tuple[int, int, int] | None], None] | None = None
+    supply_is_of_joints: bool = False
     draw: Callable[[Sequence[int]], None] | None = None
     store_trim: Callable[[int, int], None] | None = None
     plate: Plate | None = None

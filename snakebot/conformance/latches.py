@@ -145,3 +145,29 @@ def arms_no_faulty_hardware(bench: Bench) -> None:
     bench.clear(event.number)
     answer = bench.go(Mode.ARMED)
     expect(answer.result is Result.FAULTY, f"its fault was cleared, and lasts: arming was answered {answer}")
+
+
+@case(
+    "A fault is left by its own number only, of all 64, frozen and once it has relaxed; a stop takes it then, too."
+)
+def keeps_faults_from_other_numbers(bench: Bench) -> None:
+    bench.enter(Mode.FAULT)
+    number = bench.wait(FaultEvent, 0.5).number
+    for powered in (1, 0):
+        for wrong in ((number + further) % LATCHES for further in range(1, LATCHES)):
+            answer = bench.clear(wrong)
+            expect(
+                (answer.result, answer.mode) == (Result.FORBIDDEN, Mode.FAULT),
+                f"fault {number}, power {powered}: a request to clear {wrong} was answered {answer}",
+            )
+        _still(bench, Mode.FAULT, "clears of every other number")
+        if powered:
+            bench.listen(2.0)
+            expect(not bench.beat().powered, "2 s after a fault the joints have power")
+    stop = bench.stop()
+    expect(
+        stop.number == (number + 1) % LATCHES, f"a stop after fault {number} relaxed has number {stop.number}"
+    )
+    _still(bench, Mode.STOPPED, "a stop of a fault that had relaxed")
+    answer = bench.clear(stop.number)
+    expect((answer.result, answer.mode) == (Result.OK, Mode.DISARMED), f"to clear was answered {answer}")

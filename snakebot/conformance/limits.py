@@ -179,7 +179,7 @@ def bursts_gain_nothing(bench: Bench) -> None:
     expect(moved <= allowed, f"a burst moved the joint by {moved:.4f} rad; {allowed:.4f} at most")
 
 
-def _reports(bench: Bench, request: Message) -> dict[int, JointLimits]:
+def reports_of(bench: Bench, request: Message) -> dict[int, JointLimits]:
     """What a request is followed by: the limits of every joint."""
     bench.heard.clear()
     bench.send(request)
@@ -195,26 +195,26 @@ def _reports(bench: Bench, request: Message) -> dict[int, JointLimits]:
 
 @case("The limits in force are reported when armed is granted, and granted again, and after an InfoRequest.")
 def reports_its_limits(bench: Bench) -> None:
-    wanted = {
-        LimitKind.ANGLE: bench.built_in(bench.joints, LimitKind.ANGLE),
-        LimitKind.SPEED: bench.built_in(bench.joints, LimitKind.SPEED) * 0.5,
-        LimitKind.ACCELERATION: bench.built_in(bench.joints, LimitKind.ACCELERATION) * 0.25,
-    }
-    for kind, value in wanted.items():
-        expect(bench.set_limit(bench.joints, kind, value).result is Result.OK, "a limit was refused")
+    wanted = {}
+    for joint in range(1, bench.joints + 1):
+        for kind, share in zip(LimitKind, (0.9, 0.5, 0.25), strict=True):
+            wanted[joint, kind] = bench.built_in(joint, kind) * (share - 0.01 * joint)
+            answer = bench.set_limit(joint, kind, wanted[joint, kind])
+            expect(answer.result is Result.OK, "a limit was refused")
     requests: list[Message] = [
         InfoRequest(bench.other),
         ModeRequest(bench.token(), Mode.ARMED, bench.host),
         ModeRequest(bench.token(), Mode.ARMED, bench.host),
     ]
     for request in requests:
-        report = _reports(bench, request)[bench.joints]
-        said = (report.angle_rad, report.speed_rad_s, report.acceleration_rad_s2)
-        for (kind, value), reported in zip(wanted.items(), said, strict=True):
-            expect(
-                abs(reported - value) <= 1.01 * LIMIT_STEP,
-                f"the {kind.name.lower()} limit {value:.3f} is reported as {reported:.3f}",
-            )
+        for joint, report in reports_of(bench, request).items():
+            said = (report.angle_rad, report.speed_rad_s, report.acceleration_rad_s2)
+            for kind, reported in zip(LimitKind, said, strict=True):
+                value = wanted[joint, kind]
+                expect(
+                    abs(reported - value) <= 1.01 * LIMIT_STEP,
+                    f"the {kind.name.lower()} limit {value:.3f} of joint {joint} is reported as {reported:.3f}",
+                )
     bench.heard.clear()
     expect(bench.go(Mode.ARMED, bench.other).result is Result.HELD, "another host armed a held board")
     bench.ping()
@@ -293,7 +293,7 @@ def reports_limits_for_nothing_else(bench: Bench) -> None:
 def has_the_limits_on_its_plate(bench: Bench) -> None:
     plate = bench.lab.plate
     assert plate is not None
-    reports = _reports(bench, InfoRequest(bench.host))
+    reports = reports_of(bench, InfoRequest(bench.host))
     for joint, limits in enumerate(plate.limits, start=1):
         report = reports[joint]
         said = (report.angle_rad, report.speed_rad_s, report.acceleration_rad_s2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from firmware_protocol.assembly import to_wire
@@ -21,6 +21,10 @@ _CLOCK_S = 2e-6  # by which the time between two readings of the board's clock m
 _INTERVAL_STEP_S = 0.0005
 _PAUSE_S = 0.000037  # between two multiples of a step: no tick comes just in time or just too early
 _PATIENCE_S = 0.06  # without an executed tick: then one comes that must be
+_LONG_STEPS = (
+    128,
+    170,
+)  # of the interval: all that need the eighth bit of its byte, and leave the watchdog alone
 
 Limits = tuple[float, float, float]  # angle (rad), speed (rad/s), acceleration (rad/s^2)
 
@@ -81,10 +85,15 @@ def play(
     longest: int,
     tighter: Sequence[Limits] = (),
     holds_every: int = 0,
+    before_each: Callable[[int], None] | None = None,
+    long_ticks: bool = False,
+    but_joint: int = 0,
 ) -> None:
     """Move all joints at random, and compare each tick with the rule. The board must be armed, at rest.
 
     ``tighter`` limits come into force halfway, in mid-motion; every so many set-points the board holds in between.
+    ``before_each`` set-point something else may be sent; ``long_ticks`` are as long as the watchdog lets them be;
+    ``but_joint`` (from 1) is not compared.
     """
     bench.listen(0.035)  # more than the credit can hold
     model = SlewLimiter(*zip(*limits, strict=True))
@@ -103,10 +112,15 @@ def play(
             model.rest(1.0)
             last_us = None
         targets = [motion.next_rad() for motion in motions]
-        plain = last_us is None or due or bench.draw.random() < 0.5
+        plain = last_us is None or due or long_ticks or bench.draw.random() < 0.5
         interval_s = 0.01 if plain else bench.draw.randrange(1, 50) * _INTERVAL_STEP_S
+        if long_ticks and last_us is not None:
+            interval_s = bench.draw.randrange(*_LONG_STEPS) * _INTERVAL_STEP_S
         step = 1 if plain else bench.draw.choice((1, 1, 2, 3, 4, 5, 9, 300))
-        bench.listen(_PAUSE_S + (0.01 if plain else bench.draw.choice((0.0, 0.001, 0.004, 0.012, 0.025))))
+        pause_s = interval_s if plain else bench.draw.choice((0.0, 0.001, 0.004, 0.012, 0.025))
+        bench.listen(_PAUSE_S + pause_s)
+        if before_each is not None:
+            before_each(number)
         state = _sent(bench, targets, interval_s, step)
         now_us = bench.ping().board_time_us if state is None else state.board_time_us
         elapsed_s = 1.0 if last_us is None else 1e-6 * passed_us(now_us, last_us)
@@ -135,6 +149,8 @@ def play(
         for joint, (applied, wanted, target) in enumerate(
             zip(sample.applied_rad, model.applied_rad, targets, strict=True), start=1
         ):
+            if joint == but_joint:
+                continue
             expect(
                 abs(applied - wanted) < _SLACK_RAD + _BLUR_S * limits[joint - 1][1],
                 f"{place}: joint {joint}, target {target:.4f} rad, the rule gives {wanted:.4f}, "
@@ -189,6 +205,14 @@ def keeps_every_joints_limits(bench: Bench) -> None:
         play(bench, arm_finely(bench), limits, 4 * bench.nudge_rad, 90, 12)
         bench.must_go(Mode.DISARMED)
         bench.samples.clear()
+
+
+@case("The rule for long ticks: all 8 bits of an interval count.")
+def keeps_its_limits_in_long_ticks(bench: Bench) -> None:
+    here = bench.sample().applied_rad
+    limits = [slow_limits(bench, joint, angle, 3) for joint, angle in enumerate(here, start=1)]
+    set_all(bench, limits)
+    play(bench, arm_finely(bench), limits, 4 * bench.nudge_rad, 24, 6, long_ticks=True)
 
 
 @case(

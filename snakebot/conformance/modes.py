@@ -129,6 +129,20 @@ def stops_from_any_mode(bench: Bench) -> None:
     )
 
 
+@case(
+    "An emergency stop has no wrong length: it is received, and never counted as corrupt, stopped already or not."
+)
+def counts_no_stop_as_corrupt(bench: Bench) -> None:
+    before, sent_before = bench.counters(), bench.sent
+    for length in range(9):
+        bench.send_frames([Frame(frame_id(EmergencyStop), bytes(range(length)))])
+    after = bench.counters()
+    grown = (after.corrupt - before.corrupt) & 0xFFFF
+    expect(grown == 0, f"of 9 emergency stops of 0 to 8 bytes {grown} were counted as corrupt")
+    received, sent = (after.received - before.received) & 0xFFFF, bench.sent - sent_before
+    expect(received == sent, f"{sent} frames were sent, Counters.received grew by {received}")
+
+
 @case("Every emergency stop is answered by a FaultEvent; its time is that of the first.")
 def answers_every_stop(bench: Bench) -> None:
     times = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 from firmware_protocol.assembly import to_wire
@@ -32,13 +33,14 @@ def _stand(bench: Bench, wanted_rad: Sequence[float], when: str) -> None:
 
 
 @case(
-    "Beside a free joint the others get power where they are; so does that one when it is active again: each joint.",
+    "Beside a free joint the others get power where they are; so does that one once it is active or rigid: each joint.",
     needs=("turn_joint",),
 )
 def power_finds_single_joints_where_they_are(bench: Bench) -> None:
     turn = bench.lab.turn_joint
     assert turn is not None
-    for free in range(1, bench.joints + 1):
+    again = (JointMode.ACTIVE, JointMode.RIGID_HERE, JointMode.RIGID)
+    for free, mode in itertools.product(range(1, bench.joints + 1), again):
         bench.fresh()
         side = 1.0 if free % 2 else -1.0
         expect(bench.set_joint_mode(free, JointMode.FREE).result is Result.OK, "free was refused")
@@ -53,8 +55,8 @@ def power_finds_single_joints_where_they_are(bench: Bench) -> None:
         bench.listen(0.01)
         wanted[free - 1] -= side * _TURN_RAD
         turn(free, wanted[free - 1])
-        expect(bench.set_joint_mode(free, JointMode.ACTIVE).result is Result.OK, "active was refused")
-        _stand(bench, wanted, f"joint {free} was turned and made active")
+        expect(bench.set_joint_mode(free, mode).result is Result.OK, f"{mode.name.lower()} was refused")
+        _stand(bench, wanted, f"joint {free} was turned and made {mode.name.lower()}")
 
 
 @case(

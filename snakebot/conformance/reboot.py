@@ -93,3 +93,8 @@ def has_credit_at_a_reset(bench: Bench) -> None:
     bench.begin()
     here = bench.arm()
     bench.executed(here, "the first one, just after a reset", 0.01)
+    bench.make_safe()
+    bench.begin()
+    _press(bench)
+    here = bench.arm()  # from the sample that comes at once: no time has passed
+    bench.executed(here, "the first one, at once after a reset", 0.01)

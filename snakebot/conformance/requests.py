@@ -161,7 +161,7 @@ def does_nothing_that_is_forbidden(bench: Bench) -> None:
                         f"{request} while {mode.name.lower()} was answered {answer}",
                     )
         bench.make_safe()
-        _moves_freely(bench, f"after requests while {mode.name.lower()}")
+        moves_freely(bench, f"after requests while {mode.name.lower()}")
 
 
 @case("Armed or holding, trims and zeros are forbidden, and do nothing.")
@@ -184,10 +184,10 @@ def trims_only_while_disarmed(bench: Bench) -> None:
                     f"{request} while {mode.name.lower()} was answered {answer}",
                 )
         bench.fresh()
-        _moves_freely(bench, f"after requests while {mode.name.lower()}")
+        moves_freely(bench, f"after requests while {mode.name.lower()}")
 
 
-def _moves_freely(bench: Bench, when: str) -> None:
+def moves_freely(bench: Bench, when: str) -> None:
     """Every joint follows the set-points, at full limits, without a trim, from the zero that it had."""
     bench.samples.clear()
     here = bench.arm()

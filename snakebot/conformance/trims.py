@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -88,16 +89,20 @@ def limits_the_sum(bench: Bench) -> None:
     trim = 0.04
     limit = abs(bench.sample().applied_rad[0]) + bench.nudge_rad + trim
     limit = round(min(bench.built_in(1, LimitKind.ANGLE), limit) / LIMIT_STEP) * LIMIT_STEP
-    for side in (1.0, -1.0):
-        with _trimmed(bench, side * trim):
+    for side, inwards in itertools.product((1.0, -1.0), (1.0, -1.0)):
+        its_trim = side * inwards * trim
+        with _trimmed(bench, its_trim):
             expect(bench.set_limit(1, LimitKind.ANGLE, limit).result is Result.OK, "a limit was refused")
             here = bench.arm()
-            last = bench.stand_at([side * limit, *here[1:]], 1.0, "the stream to the end of the joint")
-            off = abs(last.applied_rad[0] - side * (limit - trim))
+            last = bench.stand_at(
+                [side * (limit + 2 * trim), *here[1:]], 1.0, "the stream to the end of the joint"
+            )
+            end = side * limit - its_trim
+            off = abs(last.applied_rad[0] - end)
             expect(
                 off < 3 * _STEP_RAD,
-                f"limit {limit:.3f} rad, trim {side * trim}: the joint went to {last.applied_rad[0]:.4f} rad, "
-                f"not to {side * (limit - trim):.4f}",
+                f"limit {limit:.3f} rad, trim {its_trim}: the joint went to {last.applied_rad[0]:.4f} rad, "
+                f"not to {end:.4f}",
             )
             bench.stream(0.6, lambda t, here=here: here)  # type: ignore[misc]
 

@@ -6,11 +6,21 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from firmware_protocol.assembly import ANGLE_STEP_RAD
-from firmware_protocol.catalogue import MAX_TRIM_RAD, JointMode, LimitKind, Result, TrimRequest, ZeroRequest
+from firmware_protocol.catalogue import (
+    MAX_TRIM_RAD,
+    JointMode,
+    LimitKind,
+    Mode,
+    Result,
+    TrimRequest,
+    ZeroRequest,
+)
 from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
 from snakebot.conformance.lag import angles_of, at_rest, read_now
 from snakebot.conformance.violations import NotApplicableError, expect
+
+_TRIM_RAD = 0.1
 
 
 def _trim_all(bench: Bench, trims: Sequence[float]) -> None:
@@ -111,6 +121,29 @@ def a_reset_brings_trims_into_force(bench: Bench) -> None:
                 )
 
 
+@case("A free joint's new trim comes into force when it gets power, not when the board does; nothing jumps.")
+def trims_wait_for_their_joints_power(bench: Bench) -> None:
+    for joint in range(1, bench.joints + 1):
+        side = 1.0 if joint % 2 else -1.0
+        with _trimmed(
+            bench, [side * _TRIM_RAD if other == joint else 0.0 for other in range(1, bench.joints + 1)]
+        ):
+            expect(bench.set_joint_mode(joint, JointMode.FREE).result is Result.OK, "free was refused")
+            here = bench.arm()
+            bench.stand_at(here, 0.1, "a stream with a free joint")
+            bench.must_go(Mode.HOLDING)
+            before = angles_of(bench, bench.samples[-1])[joint - 1]
+            expect(bench.set_joint_mode(joint, JointMode.ACTIVE).result is Result.OK, "active was refused")
+            sample = read_now(bench)
+            moved = abs(angles_of(bench, sample)[joint - 1] - before)
+            told = sample.applied_rad[joint - 1] - before
+            expect(
+                moved < _TRIM_RAD / 4 and abs(told + side * _TRIM_RAD) < _TRIM_RAD / 4,
+                f"joint {joint} was free when the board was armed, and got power with a new trim of "
+                f"{side * _TRIM_RAD} rad: it moved by {moved:.3f} rad, its register is {told:.3f} rad off",
+            )
+
+
 def _zero_all(bench: Bench, zeros: Sequence[int]) -> None:
     for joint, zero in enumerate(zeros, start=1):
         answer = bench.ask(ZeroRequest(bench.token(), joint, zero, bench.host))
@@ -151,6 +184,34 @@ def each_joint_has_its_zero(bench: Bench) -> None:
                 )
     finally:
         _zero_all(bench, [0] * bench.joints)
+
+
+@case("A joint keeps its trim when its zero is set, and its zero when its trim is.")
+def trims_and_zeros_are_two_things(bench: Bench) -> None:
+    trims = _alternating(bench, 1.0, 0.03, 0.01)
+    with _trimmed(bench, trims):
+        plain = _trims_seen(bench)
+        raw = _counts(bench)
+        zeros = [20 + 3 * joint for joint in range(bench.joints)]
+        try:
+            _zero_all(bench, zeros)
+            shifted = _counts(bench)
+            _trim_all(bench, [-trim for trim in trims])
+            again = _counts(bench)
+            _trim_all(bench, trims)
+            seen = _trims_seen(bench)
+        finally:
+            _zero_all(bench, [0] * bench.joints)
+        for joint, zero in enumerate(zeros):
+            moved = max(abs(now[joint] - raw[joint] + zero) for now in (shifted, again))
+            expect(
+                moved <= 2,
+                f"joint {joint + 1} has zero {zero}, and its reading is {moved} counts off after a trim",
+            )
+            off = abs(seen[joint] - plain[joint] + zero * bench.rad_per_count)  # a servo knows no zero
+            expect(
+                off < 0.005, f"the trim of joint {joint + 1} is {off:.3f} rad another after its zero was set"
+            )
 
 
 @case("Counts beyond 16 bits are no reading: a wrong angle would be worse.")

@@ -14,6 +14,7 @@ from snakebot.conformance.limits_tape import Limits, arm_finely, play, set_all, 
 from snakebot.conformance.violations import NotApplicableError, expect
 
 _FAR_RAD = 3.4  # beyond what the wire carries of an angle, 3.2767 rad
+_FAR_COUNTS = 33_000  # beyond what the wire carries of a count, 32767: whole turns
 _STRETCH = 10  # samples over which positions are compared with speeds
 _PLACE_M = 2e-4  # by which two positions on the wire may be off: a step of 1e-4 m in x and in y
 _OUTSIDE_RAD = 0.08  # beyond a joint's limit
@@ -72,7 +73,7 @@ def tells_its_pose(bench: Bench) -> None:
 
 
 @case(
-    "A joint without power that stands beyond what the wire carries: Applied is the largest angle, Measured is right.",
+    "A joint without power that stands beyond what the wire carries: Applied is the largest angle.",
     needs=("turn_joint",),
 )
 def tells_angles_beyond_the_wire(bench: Bench) -> None:
@@ -84,6 +85,16 @@ def tells_angles_beyond_the_wire(bench: Bench) -> None:
     for joint in range(1, bench.joints + 1):
         was = angles_of(bench, read_now(bench))
         for side in (1.0, -1.0):
+            turn(joint, side * _FAR_COUNTS * bench.rad_per_count)
+            sample = read_now(bench)
+            counts, applied = sample.measured_counts[joint - 1], sample.applied_rad[joint - 1]
+            expect(
+                counts is None, f"joint {joint} stands {_FAR_COUNTS} counts off, and is measured at {counts}"
+            )
+            expect(
+                abs(applied - side * largest) < ANGLE_STEP_RAD / 2,
+                f"joint {joint} stands {side * _FAR_COUNTS:.0f} counts off: it was told as {applied:.4f} rad",
+            )
             turn(joint, side * _FAR_RAD)
             sample = read_now(bench)
             turn(joint, was[joint - 1])

@@ -20,9 +20,10 @@ from typing import Any
 
 from building import need
 from core_bench import CoreBench, CoreLink
-from lagging_plant import LaggingPlant
+from lagging_plant import LaggingHardware, LaggingPlant
 
 import snakebot
+from firmware_protocol.catalogue import Fault
 from snakebot.clock import MonotonicClock, VirtualClock
 from snakebot.conformance import Bench, Case, Lab, Plate, cases
 from snakebot.links import Link, open_link
@@ -105,15 +106,17 @@ def _sim_bench(board: SoftBoard, clock: VirtualClock, *, pose: bool, **hands: An
         board.robot.encoder_counts_per_rev,
         SERIAL_NUMBER,
         (major, minor, patch),
-        True,
+        board.simulated,
         pose,
         built_in(board.robot),
     )
+
+    def fail(fault: Fault, joint: int, detail: int) -> None:
+        board.fail(fault, clock.now_s(), lasting=True, joint=joint, detail=detail)
+
     lab = Lab(
         reset_at=lambda clock_us: board.reset(clock.now_s(), clock_us),
-        fail=lambda fault, joint, detail: board.fail(
-            fault, clock.now_s(), lasting=True, joint=joint, detail=detail
-        ),
+        fail=hands.pop("fail", fail),
         draw=lambda numbers: draw_next(board, numbers),
         plate=plate,
         **hands,
@@ -141,6 +144,29 @@ def sim_with_hands(joints: int = 5, *, counts_per_rev: int = 8192, drift_ppm: fl
     """The simulated board with joints that hands can turn, on a virtual clock; its own may run fast."""
     plant = LaggingPlant(joints, counts_per_rev)
     clock = VirtualClock()
+    board = _board_of(plant, joints, counts_per_rev, drift_ppm)
+    yield _sim_bench(board, clock, pose=False, turn_joint=plant.turn, lose_encoder=plant.lose)
+
+
+@contextmanager
+def sim_with_hardware(joints: int = 3) -> Iterator[Bench]:
+    """The simulated board's protocol before joints that are there: they fail and measure themselves."""
+    plant = LaggingHardware(joints)
+    clock = VirtualClock(1000.0)  # a host's time may be any
+    board = _board_of(plant, joints, 8192, 0.0)
+
+    def fail(fault: Fault, joint: int, detail: int) -> None:
+        button = fault is Fault.EMERGENCY_STOP
+        plant.fail(Fault.NONE if button else fault, joint, detail)
+        board.fail(fault if button else Fault.NONE, clock.now_s(), lasting=True)
+
+    yield _sim_bench(
+        board, clock, pose=False, turn_joint=plant.turn, lose_encoder=plant.lose, fail=fail, supply=plant.measure,
+        supply_is_of_joints=True,
+    )  # fmt: skip
+
+
+def _board_of(plant: LaggingPlant, joints: int, counts_per_rev: int, drift_ppm: float) -> SoftBoard:
     angle, speed, acceleration = zip(*(_limits_of(joint) for joint in range(1, joints + 1)), strict=True)
     limits = {
         "angle_deg": [math.degrees(value) for value in angle],
@@ -149,8 +175,7 @@ def sim_with_hands(joints: int = 5, *, counts_per_rev: int = 8192, drift_ppm: fl
     }
     described = {"joints": joints, "limits": limits, "encoder_counts_per_rev": counts_per_rev}
     robot = robot_from_mapping(described, "bench")
-    board = SoftBoard(robot, serial_number=SERIAL_NUMBER, plant=plant, drift_ppm=drift_ppm)
-    yield _sim_bench(board, clock, pose=False, turn_joint=plant.turn, lose_encoder=plant.lose)
+    return SoftBoard(robot, serial_number=SERIAL_NUMBER, plant=plant, drift_ppm=drift_ppm)
 
 
 @contextmanager
@@ -304,6 +329,7 @@ def sims_in_process() -> list[Callable[[], Any]]:
         sim_in_process,
         lambda: sim_with_hands(16, counts_per_rev=4096),
         lambda: sim_with_hands(1, drift_ppm=_DRIFT_PPM),
+        sim_with_hardware,
     ]
 
 

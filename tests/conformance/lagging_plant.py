@@ -6,6 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
+from firmware_protocol.catalogue import Fault
+from snakebot.softboard.hardware import HardwareFault, Health
+
+_LOOK_S = 0.02  # as servos on a bus want to be looked at
+
 
 class LaggingPlant:
     """First-order servos and ideal encoders, as the C core has them on the bench (port/model)."""
@@ -52,3 +57,38 @@ class LaggingPlant:
 
     def pose(self) -> None:
         return None
+
+
+class LaggingHardware(LaggingPlant):
+    """The same as servos that can fail, and measure themselves."""
+
+    def __init__(self, joints: int) -> None:
+        super().__init__(joints)
+        self._joints = joints
+        self._fault: HardwareFault | None = None
+        self._supply: tuple[int, int, int] | None = None
+
+    @property
+    def due_s(self) -> float:
+        return self._now_s + _LOOK_S
+
+    def fault(self) -> HardwareFault | None:
+        return self._fault
+
+    def health(self) -> Health | None:
+        if self._supply is None:
+            return None
+        millivolts, milliamperes, decidegrees = self._supply
+        joints = range(1, self._joints + 1)
+        return Health(
+            millivolts / 1000,
+            tuple(((milliamperes + joint) / 1000, (decidegrees + 2 * joint) / 10) for joint in joints),
+        )
+
+    def fail(self, code: Fault, joint: int, detail: int) -> None:
+        """A fault begins, or with ``Fault.NONE`` ends."""
+        self._fault = None if code is Fault.NONE else HardwareFault(code, joint, detail)
+
+    def measure(self, supply: tuple[int, int, int] | None) -> None:
+        """What is measured from now on: mV, mA and tenths of a degree, as the suite's ``Lab`` has it."""
+        self._supply = supply

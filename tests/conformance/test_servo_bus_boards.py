@@ -35,6 +35,8 @@ CANNOT = {
     "each_joint_has_its_trim": LEFT_ALONE,
     "a_reset_brings_trims_into_force": LEFT_ALONE,
     "each_joint_has_its_zero": LEFT_ALONE,
+    "trims_and_zeros_are_two_things": LEFT_ALONE,
+    "trims_wait_for_their_joints_power": LEFT_ALONE,
     "reports_no_count_beyond_16_bits": LEFT_ALONE,
     "unread_joints_get_no_power": SILENT,
     "lost_encoders_are_told": SILENT,

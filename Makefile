@@ -36,13 +36,12 @@ test: $(VENV)/.compiled  ## the default suite
 	$(BIN)/python -m pytest -n 4 --dist worksteal
 
 # What holds programs to a real clock has the computer to itself, without what computes beside it. The conformance suite
-# waits nine tenths of its time, and asks again where this computer was late: eight at once. The others start programs
-# and browsers, and wait three quarters of it: four at once. Some that compute wait for a servo bus: three keep two
-# cores busy.
+# waits nine tenths of its time, and asks again where this computer was late: six at once. Of the others, some take
+# minutes, and whoever is asked again alone waits for them: two at once.
 slow: $(VENV)/.compiled  ## what the default suite leaves out
-	$(BIN)/python -m pytest -n 3 --dist worksteal -m "slow and not real_time" --timeout 600
-	$(BIN)/python -m pytest -n 8 --dist worksteal -m real_time --timeout 600 tests/conformance
-	$(BIN)/python -m pytest -n 4 --dist worksteal -m real_time --timeout 600 --ignore tests/conformance
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "slow and not real_time" --timeout 600
+	$(BIN)/python -m pytest -n 6 --dist worksteal -m real_time --timeout 600 tests/conformance
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m real_time --timeout 600 --ignore tests/conformance
 
 thorough:  ## the same with its searches at full length: an hour on two cores
 	SNAKEBOT_TESTS=thorough $(MAKE) slow

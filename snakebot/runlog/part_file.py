@@ -38,9 +38,13 @@ class PartFile:
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise LogError(f"{path}: cannot make the log: {error.strerror}") from None
+        try:
             self._file = os.open(path, flags, 0o644)
         except OSError as error:
-            if os.path.lexists(path):
+            # Whoever was first may have finished meanwhile: then it is no longer there, but the name is taken.
+            if isinstance(error, FileExistsError) or os.path.lexists(path):
                 raise FileExistsError(error.errno, "exists already", str(path)) from None
             raise LogError(f"{path}: cannot make the log: {error.strerror}") from None
         lock(self._file)

@@ -223,6 +223,25 @@ def test_runs_that_begin_at_one_time_each_get_a_log(tmp_path: Path) -> None:
     assert {file.name for file in tmp_path.iterdir()} == {path.name for path in paths}
 
 
+def test_a_name_is_taken_though_its_owner_has_finished_since(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another run's file was there when ours was to be made, and has its final name a moment later."""
+    make = os.open
+
+    def too_late(path: Path, flags: int, *how: int) -> int:
+        if Path(path).name == "run.mcap.part":
+            (tmp_path / "run.mcap").write_bytes(b"somebody's")
+            raise FileExistsError(errno.EEXIST, "File exists")
+        return make(path, flags, *how)
+
+    monkeypatch.setattr(os, "open", too_late)
+    with RunWriter(tmp_path / "run.mcap", ROBOT, or_numbered=True) as writer:
+        writer.tick(make_ticks(1)[0])
+    assert writer.path == tmp_path / "run-2.mcap"
+    assert (tmp_path / "run.mcap").read_bytes() == b"somebody's"
+
+
 @pytest.mark.parametrize("number", [errno.EPERM, errno.EOPNOTSUPP])
 def test_a_name_is_taken_without_links_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int

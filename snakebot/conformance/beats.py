@@ -159,11 +159,8 @@ def names_its_mode(bench: Bench) -> None:
     "Unasked samples begin 100 ms after the last set-point, with its number; a State has the time of its reading."
 )
 def goes_on_unasked(bench: Bench) -> None:
-    for sequence, pause_s in (
-        (1, 0.0),
-        (4095, 0.037),
-        (40_000, 0.071),
-    ):  # wherever the heartbeat is between two
+    # Wherever the heartbeat is between two set-points.
+    for sequence, pause_s in ((1, 0.0), (4095, 0.037), (40_000, 0.071)):
         bench.fresh()
         here = bench.arm()
         bench.listen(pause_s)

@@ -104,15 +104,13 @@ def tokens_mean_nothing(bench: Bench) -> None:
         expect(answer.mode is mode, f"{mode.name.lower()} was asked for with the token before: {answer}")
     built_in = bench.built_in(1, LimitKind.SPEED)
     for share in (1.0, 0.5, 1.0):
-        bench.send(
-            LimitRequest(
-                token, 1, LimitKind.SPEED, round(share * built_in / LIMIT_STEP) * LIMIT_STEP, bench.host
-            )
-        )
+        wanted = share * built_in
+        on_the_wire = round(wanted / LIMIT_STEP) * LIMIT_STEP
+        bench.send(LimitRequest(token, 1, LimitKind.SPEED, on_the_wire, bench.host))
         told = reports_of(bench, InfoRequest(bench.host))[1].speed_rad_s
         expect(
-            abs(told - share * built_in) < 1.01 * LIMIT_STEP,
-            f"a limit of {share * built_in:.3f} was asked for with the token before, {told:.3f} is in force",
+            abs(told - wanted) < 1.01 * LIMIT_STEP,
+            f"a limit of {wanted:.3f} was asked for with the token before, {told:.3f} is in force",
         )
 
 

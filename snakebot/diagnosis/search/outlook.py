@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from snakebot.arrays import Bools, Floats
+from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import CHANGED
@@ -38,49 +38,38 @@ def promising(evidence: Evidence, base: Trial, candidates: Sequence[Candidate]) 
 
 def promise(evidence: Evidence, base: Trial, candidate: Candidate) -> float:
     """The largest gain in mean score over ``base``, on the two runs that tell most."""
-    rows, old = _compared(evidence), _square(evidence, base, {})
-    made = _scaled(evidence, base, (candidate.hypothesis.specs(start) for start in candidate.starts))
-    return max(float(_gain(evidence, new, old)[rows].mean()) for new in made)
+    runs, scoring = informative_runs(evidence), evidence.scoring
+    rows = scoring.of_angles & np.isin(scoring.run, runs)
+    made = _scaled(evidence, base, runs, (candidate.hypothesis.specs(start) for start in candidate.starts))
+    return max(scoring.gain(new, base.held_square, rows).mean for new in made)
 
 
 def promised_on_a_joint(evidence: Evidence, base: Trial, sets: Iterable[Sequence[EffectSpec]]) -> float:
     """The largest mean gain over ``base`` on one joint with a gap, where one of the ``sets`` of effects does something:
     an effect on each joint is tried on all of them at once.
     """
-    allowed, joint = evidence.scoring.allowed_square, evidence.scoring.joint
-    rows, old = _compared(evidence), _square(evidence, base, {})
-    with_gap = np.flatnonzero(gap_of(evidence.scoring, base.held_square).significant)
+    runs, scoring, old = informative_runs(evidence), evidence.scoring, base.held_square
+    with_gap = np.flatnonzero(gap_of(scoring, old).significant)
+    on_joint = [np.isin(scoring.run, runs) & (scoring.joint == joint) for joint in with_gap]
     best = 0.0
-    for new in _scaled(evidence, base, sets):
-        gain, moved = _gain(evidence, new, old), rows & (np.abs(new - old) > CHANGED * allowed)
-        means = [float(gain[mine].mean()) for j in with_gap if (mine := moved & (joint == j)).any()]
-        best = max((best, *means))
+    for new in _scaled(evidence, base, runs, sets):
+        moved = np.abs(new - old) > CHANGED * scoring.allowed_square
+        gains = [scoring.gain(new, old, rows).mean for mine in on_joint if (rows := mine & moved).any()]
+        best = max((best, *gains))
     return best
 
 
-def _compared(evidence: Evidence) -> Bools:
-    """(B,) blocks of the angles in the runs that are predicted."""
-    return evidence.scoring.of_angles & np.isin(evidence.scoring.run, informative_runs(evidence))
-
-
-def _gain(evidence: Evidence, better: Floats, worse: Floats) -> Floats:
-    """(B,) gains in score of the mean squares (B,) of one explanation over another's."""
-    return evidence.scoring.score(better) - evidence.scoring.score(worse)
-
-
-def _scaled(evidence: Evidence, base: Trial, sets: Iterable[Sequence[EffectSpec]]) -> Iterator[Floats]:
-    """(B,) mean squares with each share of the change that each of the ``sets`` of effects makes to ``base``."""
-    runs = informative_runs(evidence)
+def _scaled(
+    evidence: Evidence, base: Trial, runs: Sequence[int], sets: Iterable[Sequence[EffectSpec]]
+) -> Iterator[Floats]:
+    """(B,) mean squares with each share of the change in some runs that each of the ``sets`` of effects makes to
+    ``base``.
+    """
     for specs in sets:
         made = evidence.predictor.readings(specs, runs, rough=True)
         change = {i: reading - base.readings[i] for i, reading in zip(runs, made, strict=True)}
         for share in SHARES:
-            yield _square(evidence, base, {i: share * moved for i, moved in change.items()})
-
-
-def _square(evidence: Evidence, base: Trial, change: dict[int, Floats]) -> Floats:
-    """(B,) mean squares that ``base`` leaves where its readings (N, k) of some runs are changed."""
-    left = [rest - change[i] if i in change else rest for i, rest in enumerate(base.left)]
-    square = base.held_square.copy()
-    square[evidence.scoring.of_angles] = evidence.angles.blocks.mean_square(left)
-    return evidence.scoring.credited(square)
+            left = [rest - share * change[i] if i in change else rest for i, rest in enumerate(base.left)]
+            square = base.held_square.copy()
+            square[evidence.scoring.of_angles] = evidence.angles.blocks.mean_square(left)
+            yield evidence.scoring.credited(square)

@@ -44,10 +44,7 @@ def explore(
 
     made = in_parallel(partial(candidates, evidence, library, base), wanted, tell)
     fits = first_looks(evidence, list(chain.from_iterable(made)), base)
-    reached = [
-        float((scoring.score(t.fitted_square) - scoring.score(base.fitted_square))[scoring.decides].mean())
-        for t in fits
-    ]
+    reached = [scoring.gain(t.fitted_square, base.fitted_square).mean for t in fits]
     order = np.argsort(reached, kind="stable")[::-1]
     if order.size == 0:
         return [], []

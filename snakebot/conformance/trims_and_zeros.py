@@ -196,19 +196,21 @@ def trims_and_zeros_are_two_things(bench: Bench) -> None:
         try:
             _zero_all(bench, zeros)
             shifted = _counts(bench)
+            kept = _trims_seen(bench)  # before any trim is set again: a new zero may have taken them
+            stood = _counts(bench)
             _trim_all(bench, [-trim for trim in trims])
             again = _counts(bench)
-            _trim_all(bench, trims)
-            seen = _trims_seen(bench)
+            turned = _trims_seen(bench)
         finally:
             _zero_all(bench, [0] * bench.joints)
         for joint, zero in enumerate(zeros):
-            moved = max(abs(now[joint] - raw[joint] + zero) for now in (shifted, again))
+            moved = max(abs(shifted[joint] - raw[joint] + zero), abs(again[joint] - stood[joint]))
             expect(
                 moved <= 2,
                 f"joint {joint + 1} has zero {zero}, and its reading is {moved} counts off after a trim",
             )
-            off = abs(seen[joint] - plain[joint] + zero * bench.rad_per_count)  # a servo knows no zero
+            unmoved = plain[joint] - zero * bench.rad_per_count  # a servo knows no zero
+            off = max(abs(kept[joint] - unmoved), abs(turned[joint] - unmoved + 2 * trims[joint]))
             expect(
                 off < 0.005, f"the trim of joint {joint + 1} is {off:.3f} rad another after its zero was set"
             )

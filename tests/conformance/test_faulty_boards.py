@@ -71,6 +71,8 @@ FAULTS = [
     ("say.c", "    sb_say_limits(board);\n}", "}", "reports_its_limits"),
     ("board.c", "(request.mode == ARMED) && (answer", "(board->modes.mode != before) && (answer", "reports_its_limits"),
     ("joints.c", "(uint32_t)(int32_t)joints->parameters.zero_counts[joint]", "0u", "shifts_the_zero"),
+    ("requests.c", "        joints->parameters.zero_counts[joint] = request->zero_counts;\n", "        joints->parameters.zero_counts[joint] = request->zero_counts;\n        joints->parameters.trim[joint] = 0;\n", "trims_and_zeros_are_two_things"),
+    ("requests.c", "        joints->parameters.trim[joint] = request->trim_rad;\n", "        joints->parameters.trim[joint] = request->trim_rad;\n        joints->parameters.zero_counts[joint] = 0;\n", "trims_and_zeros_are_two_things"),
     ("joints.c", "(joints->mode[i] != FREE)", "(joints->mode[i] < 9u)", "free_follows_the_encoder"),
     ("requests.c", "if (sb_modes_held_against(modes, host)) {", "if (host == 0xFFFFFFFFu) {", "knows_its_joints"),
     ("requests.c", "(joint > joints->config->joints)", "(joint > 16u)", "knows_its_joints"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -57,3 +58,20 @@ def test_a_bench_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     done = bench_all.run("codec", quick=True)
     assert "no-such-option" in done.failed
     assert "left out" in bench_all.lines(done)[0]
+
+
+def test_growth_is_set_beside_proportion_to_the_first_case() -> None:
+    first = {"joints": 5, "runs": 6, "duration_s": 20.0, "seconds": 8.0, "memory_mib": 200}
+    more = {**first, "joints": 10, "seconds": 10.0, "memory_mib": 250}
+    time_first, memory_first, time_more, memory_more = bench_all.growth(json.dumps([first, more]))
+    assert time_first.ratio is None
+    assert memory_first.ratio is None
+    assert (time_more.theirs, time_more.ratio) == (16.0, 1.6)
+    assert (memory_more.theirs, memory_more.ratio) == (200, 0.8)
+
+
+def test_a_table_for_the_page_has_as_many_cells_as_its_head() -> None:
+    rows = [bench_all.Row("a", "b", 2.0, 1.0, "s"), bench_all.Row("a", "", 2.0, None, "s")]
+    head = bench_all.MARKDOWN_HEAD.splitlines()[0].count("|")
+    for done in (bench_all.Done("x", 0.0, rows), bench_all.Done("x", 0.0, [], "no browser")):
+        assert {line.count("|") for line in bench_all.markdown(done)} == {head}

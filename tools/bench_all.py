@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """All benches of tools/ with their peers, one after the other, as one table with machine, load and ratios.
 
-    tools/bench_all.py                      everything; about a quarter of an hour
+    tools/bench_all.py                      everything; about half an hour
+    tools/bench_all.py --markdown           the same as tables for docs/performance.md
     tools/bench_all.py --quick              the same benches with little of each: minutes, and rough figures
     tools/bench_all.py --only codec bus     these; --list says which there are
 
@@ -100,6 +101,32 @@ def diagnosis(text: str) -> list[Row]:
     ]  # fmt: skip
 
 
+def growth(text: str) -> list[Row]:
+    """Time beside what it would be if it grew as the readings do from the first case on; memory beside the first's."""
+    found: list[dict[str, Any]] = json.loads(text)
+    rows = []
+    for case in found:
+        name = f"{case['joints']} joints, {case['runs']} runs of {case['duration_s']:.0f} s"
+        size, first = (c["joints"] * c["runs"] * c["duration_s"] for c in (case, found[0]))
+        peers = (
+            (None, None) if case is found[0] else (found[0]["seconds"] * size / first, found[0]["memory_mib"])
+        )
+        rows.append(
+            Row(name, "" if peers[0] is None else "in proportion", case["seconds"], peers[0], "s", more=False)
+        )
+        rows.append(
+            Row(
+                name,
+                "" if peers[1] is None else "the first case",
+                case["memory_mib"],
+                peers[1],
+                "MiB",
+                more=False,
+            )
+        )
+    return rows
+
+
 def loop(text: str) -> list[Row]:
     rows: list[dict[str, Any]] = json.loads(text)
     found = []
@@ -178,6 +205,10 @@ BENCHES = {
     ),
     "view": Bench(("bench_view.py", "--json"), ("bench_view.py", "--json", "--stops", "3"), view),
     "diagnosis": Bench(("bench_diagnosis", "--json"), ("bench_diagnosis", "--json"), diagnosis),
+    "pair": Bench(
+        ("bench_diagnosis", "--pair", "--json"), ("bench_diagnosis", "--pair", "--json"), diagnosis
+    ),
+    "growth": Bench(("bench_growth.py", "--json"), ("bench_growth.py", "--quick", "--json"), growth),
 }  # fmt: skip
 
 
@@ -237,12 +268,27 @@ def lines(done: Done) -> list[str]:
     ]
 
 
+MARKDOWN_HEAD = "| bench | what | snakebot | | peer | its | ratio |\n|---|---|---|---|---|---|---|"
+
+
+def markdown(done: Done) -> list[str]:
+    """Its part of a table with ``MARKDOWN_HEAD`` above."""
+    if done.failed:
+        return [f"| {done.name} | left out: {done.failed} | | | | | |"]
+    return [
+        f"| {done.name} | {row.what} | {row.ours:,.4g} | {row.unit} | {row.peer} | "
+        + (" | |" if row.theirs is None else f"{row.theirs:,.4g} | {row.ratio:.2f} |")
+        for row in done.rows
+    ]
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--quick", action="store_true", help="little of each, rough figures")
     parser.add_argument("--only", nargs="+", choices=tuple(BENCHES), default=tuple(BENCHES), metavar="NAME")
+    parser.add_argument("--markdown", action="store_true", help="print the table for docs/performance.md")
     parser.add_argument("--list", action="store_true", help="say which there are, and end")
     options = parser.parse_args()
     if options.list:
@@ -250,14 +296,22 @@ def main() -> int:
             print(f"{name:<10} tools/{' '.join(bench.words)}")
         return 0
     print(machine())
-    print(
-        f"{'bench':<10}{'load':>5}  {'what':<34} {'snakebot':>12} {'':<9} {'peer':<28} {'its':>12} {'ratio':>8}"
+    table = (
+        f"\n{MARKDOWN_HEAD}"
+        if options.markdown
+        else (
+            f"{'bench':<10}{'load':>5}  {'what':<34} {'snakebot':>12} {'':<9} {'peer':<28} {'its':>12} {'ratio':>8}"
+        )
     )
-    failed = 0
+    print(table)
+    failed, loads = 0, []
     for name in options.only:
         done = run(name, quick=options.quick)
         failed += bool(done.failed)
-        print("\n".join(lines(done)), flush=True)
+        loads.append(f"{name} {done.load:.1f}")
+        print("\n".join(markdown(done) if options.markdown else lines(done)), flush=True)
+    if options.markdown:
+        print(f"\nLoad of the machine when each began: {', '.join(loads)}.")
     return 1 if failed else 0
 
 

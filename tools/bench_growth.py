@@ -135,7 +135,8 @@ def main() -> int:
         rows.append((extent, taken))
         if not options.json:
             size = f"{extent.joints:6d} {extent.runs:5d} {extent.duration_s:8.0f}"
-            spent = f"{taken.seconds:9.1f} {taken.cpu_seconds:7.1f} {proportional:13.1f} {proportional / taken.seconds:8.2f}"
+            ratio = proportional / taken.seconds
+            spent = f"{taken.seconds:9.1f} {taken.cpu_seconds:7.1f} {proportional:13.1f} {ratio:8.2f}"
             said = taken.verdict + ("" if taken.named else ", another cause first")
             print(f"{size} {spent} {taken.memory_mib:10.0f}   {said}", flush=True)
     if options.json:

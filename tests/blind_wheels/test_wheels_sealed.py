@@ -42,8 +42,8 @@ def test_the_robot_on_wheels_imports_nothing_of_the_product(root: Path) -> None:
 def test_nothing_of_the_product_is_loaded_behind_the_scenes(root: Path) -> None:
     code = (
         f"import sys; sys.path.insert(0, {str(root / 'tools')!r})\n"
-        "import blind_wheels.cases, blind_wheels.scores, blind_wheels.misfits, blind_wheels.traces\n"
-        "import blind.making, blind.session_files\n"
+        "import blind_wheels.cases, blind_wheels.scores, blind_wheels.misfits\n"
+        "import blind.making, blind.session_files, blind.traces, blind.pictures\n"
         "print([m for m in sys.modules if m.split('.')[0] in ('snakebot', 'firmware_protocol')])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -3,11 +3,60 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from blind.scores import Pair, confusion, power, probabilities, wilson
+
+RELIABILITY_BINS = 5  # of a fifth each: fewer causes in a bin say nothing
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Of causes that were given about the same probability: their mean, the share that was right with its 95 %
+    interval, and how many they are."""
+
+    said: float
+    right: float
+    interval: tuple[float, float]
+    causes: int
+
+
+def reliability(p: np.ndarray, right: np.ndarray) -> list[Bin]:
+    """Of (n,) probabilities and outcomes; bins without a cause are left out."""
+    place = np.minimum((p * RELIABILITY_BINS).astype(int), RELIABILITY_BINS - 1)
+    groups = [place == b for b in range(RELIABILITY_BINS) if (place == b).any()]
+    return [
+        Bin(
+            float(p[g].mean()),
+            float(right[g].mean()),
+            wilson(int(right[g].sum()), int(g.sum())),
+            int(g.sum()),
+        )
+        for g in groups
+    ]
+
+
+def draw_reliability(p: np.ndarray, right: np.ndarray, folder: Path) -> Path:
+    """``reliability.png``: what was said of causes, and the share that was right."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(4.5, 4.5))
+    axes.plot([0, 1], [0, 1], color="0.7")
+    for one in reliability(p, right):
+        axes.plot([one.said] * 2, one.interval, color="C0")
+        axes.plot(one.said, one.right, "o", color="C0")
+        axes.annotate(f" n = {one.causes}", (one.said, one.right))
+    axes.set_xlabel("probability given to a cause")
+    axes.set_ylabel("share that was right (bars: 95 %)")
+    figure.savefig(folder / "reliability.png", dpi=110, bbox_inches="tight")
+    plt.close(figure)
+    return folder / "reliability.png"
 
 
 def draw(pairs: Sequence[Pair], folder: Path) -> list[Path]:
@@ -38,19 +87,7 @@ def draw(pairs: Sequence[Pair], folder: Path) -> list[Path]:
     plt.ylabel("truth")
     save("confusion.png")
 
-    p, right = probabilities(pairs)
-    plt.figure(figsize=(4.5, 4.5))
-    plt.plot([0, 1], [0, 1], color="0.7")
-    for b in range(5):
-        here = (p >= b / 5) & (p < (b + 1) / 5 if b < 4 else p <= 1)
-        if here.any():
-            low, high = wilson(int(right[here].sum()), int(here.sum()))
-            plt.plot([p[here].mean()] * 2, [low, high], color="C0")
-            plt.plot(p[here].mean(), right[here].mean(), "o", color="C0")
-            plt.annotate(f" n = {here.sum()}", (p[here].mean(), right[here].mean()))
-    plt.xlabel("probability given to a cause")
-    plt.ylabel("share that was right (bars: 95 %)")
-    save("reliability.png")
+    made.append(draw_reliability(*probabilities(pairs), folder))
 
     classes = ("low", "middle", "high")
     by_effect = power(pairs)

@@ -92,6 +92,13 @@ def caught_or_alike(label: Label, answer: Answer | None) -> bool:
     return bool(answer["closure"]["joint_angle"]["rms_after"] <= label["floor_rad"])
 
 
+def accused(label: Label, answer: Answer | None) -> bool:
+    """The first cause is none, and was said with a half or more: in a robot that has another fault, or none."""
+    cause = first_cause(answer)
+    true = set() if label["stratum"] == "left_out" else {e["name"] for e in label["effects"]}
+    return cause is not None and cause["probability"] >= LOW_PROBABILITY and not true & group(cause)
+
+
 def size(label: Label) -> float:
     return min((e["size"] for e in label["effects"]), default=0.0)
 

@@ -131,16 +131,25 @@ def test_gains_of_the_folders_must_rise_and_gaps_fall(file: Path) -> None:
     expected = read_expectations(file)
     names = [f"xl330_pendulum/kp_{kp}" for kp in (100, 200, 400, 800)]
 
-    def found(gains: list[float], gaps: list[float]) -> set[str]:
+    def found(gains: list[float], gaps: list[float], stiffness: list[float]) -> set[str]:
         answers = {
-            name: answer("explained", cause("command_gain", 0.3, gain=g), rms_before=e)
-            for name, g, e in zip(names, gains, gaps, strict=True)
+            name: answer(
+                "explained",
+                cause("command_gain", 0.3, gain=g),
+                cause("position_loop", 0.3, stiffness_nm_rad=k),
+                rms_before=e,
+            )
+            for name, g, e, k in zip(names, gains, gaps, stiffness, strict=True)
         }
         return broken(check_across(expected, answers))
 
-    assert found([0.25, 0.4, 0.6, 0.7], [0.7, 0.6, 0.5, 0.4]) == set()
-    assert found([0.25, 0.4, 0.3, 0.7], [0.7, 0.6, 0.5, 0.4]) == {"gain_shows"}
-    assert found([0.25, 0.26, 0.27, 0.28], [0.7, 0.6, 0.5, 0.5]) == {"gain_shows", "gap_shrinks"}
+    double, falling = [1.0, 2.1, 3.9, 8.8], [0.7, 0.6, 0.5, 0.4]
+    assert found([0.25, 0.4, 0.6, 0.7], falling, double) == set()
+    assert found([0.25, 0.4, 0.3, 0.7], falling, double) == {"gain_shows"}
+    assert found([0.25, 0.26, 0.27, 0.28], [0.7, 0.6, 0.5, 0.5], double) == {"gain_shows", "gap_shrinks"}
+    assert found([0.25, 0.4, 0.6, 0.7], falling, [1.0, 2.1, 3.9, 9.3]) == {"loop_doubles"}
+    unnamed = {name: answer("explained", cause("command_gain", 0.3, gain=0.25)) for name in names}
+    assert "loop_doubles" in broken(check_across(expected, unnamed))
     assert check_across(expected, {names[0]: RIGHT}) == []
 
 

@@ -105,7 +105,7 @@ def check_across(expected: Expectations, answers: dict[str, Answer]) -> list[Che
 
 def _wanted(rule: Rule) -> str:
     kind, effects = rule["kind"], ", ".join(rule.get("effects", ()))
-    within = "{:g} to {:g}".format(*rule["within"]) if "within" in rule else ""
+    within = "{:g} to {:g}".format(*rule["within"]) if isinstance(rule.get("within"), list) else ""
     return {
         "cause_any": f"one of {effects}",
         "load": f"one of {effects}, claimed; or unexplained",
@@ -126,6 +126,7 @@ def _wanted(rule: Rule) -> str:
         "not_sure_alone": f"not explained without {effects}",
         "parameter_rises": f"rises {rule.get('factor', 1):g}-fold from first to last",
         "error_before_falls": "the gap falls from first to last",
+        "parameter_ratios": "in the ratios " + " : ".join(f"{r:g}" for r in rule.get("ratios", ())),
         "parameter_differs_less": f"differs by less than {rule.get('factor', 1):g}-fold",
     }[kind]
 
@@ -301,6 +302,17 @@ def _error_before_falls(rule: Rule, answers: list[Answer]) -> Outcome:
     return falls, ", ".join(f"{v:.1f}" for v in values) + " deg"
 
 
+def _parameter_ratios(rule: Rule, answers: list[Answer]) -> Outcome:
+    """Of each value to the first, within a share; not named in one of them is not found."""
+    values = [_value(answer, *rule["of"]) for answer in answers]
+    given = [v for v in values if v is not None]
+    if len(given) < len(values):
+        return False, "not named in all: " + ", ".join("-" if v is None else f"{v:.3g}" for v in values)
+    found = [v / given[0] for v in given]
+    near = all(abs(f / wanted - 1) <= rule["within"] for f, wanted in zip(found, rule["ratios"], strict=True))
+    return near, " : ".join(f"{f:.2f}" for f in found)
+
+
 def _parameter_differs_less(rule: Rule, answers: list[Answer]) -> Outcome:
     values = [_value(answer, *rule["of"]) for answer in answers]
     given = [v for v in values if v is not None]
@@ -312,5 +324,6 @@ def _parameter_differs_less(rule: Rule, answers: list[Answer]) -> Outcome:
 ACROSS: dict[str, Callable[[Rule, list[Answer]], Outcome]] = {
     "parameter_rises": _parameter_rises,
     "error_before_falls": _error_before_falls,
+    "parameter_ratios": _parameter_ratios,
     "parameter_differs_less": _parameter_differs_less,
 }

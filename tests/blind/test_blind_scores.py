@@ -158,3 +158,11 @@ def test_chance_is_no_error_of_calibration() -> None:
     assert np.mean([calibration_error(p, (rng.random(60) < p).astype(float)) for p in said[:30]]) > 0.1
     assert abs(np.mean(fair)) < 0.015
     assert calibration_error_beyond_chance(np.full(200, 0.9), np.zeros(200)) == pytest.approx(0.88, abs=0.02)
+
+
+def test_a_pair_counts_where_one_who_is_told_both_names_both() -> None:
+    both = answer("explained", "servo", (1, 3), ("encoder_offset", 0.5, (), {}), ("rate_limit", 0.5, (), {}))
+    pairs = [(PAIR, both), (PAIR, RIGHT), (PAIR, RIGHT), (LIMIT, RIGHT)]
+    row = {f.key: f for f in figures(pairs, told={1: both, 2: RIGHT})}["pairs_detectable"]
+    assert (row.value, row.cases) == (0.5, 2)  # the third holds one that even he does not name
+    assert table(*pairs)["pairs_detectable"].cases == 0  # nobody was asked

@@ -110,6 +110,20 @@ def both_named(label: Label, answer: Answer | None) -> bool:
     return len(answer["causes"]) >= 2 and all(e["name"] in named for e in label["effects"])
 
 
+def both_named_where_detectable(pairs: Sequence[Pair], told: dict[int, Answer]) -> list[bool]:
+    """Of pairs whose parts are each detectable: both are named, or they are by one who was told both effects (answers
+    by index in ``pairs``).
+    """
+    found = []
+    for i, (label, answer) in enumerate(pairs):
+        if label["stratum"] != "pair" or size(label) < PLAIN:
+            continue
+        named = both_named(label, answer)
+        if named or both_named(label, told.get(i)):
+            found.append(named)
+    return found
+
+
 def parameter_errors(pairs: Sequence[Pair]) -> tuple[list[float], list[bool]]:
     """Relative error and whether the interval holds the truth, of every fitted parameter of effects named exactly."""
     errors, covered = [], []
@@ -201,8 +215,12 @@ def _statistic(
     )
 
 
-def figures(pairs: Sequence[Pair], oracle: dict[int, float] | None = None) -> list[Figure]:
-    """All lines of the table. ``oracle``: closure reached by the one who knows the effect, by index in ``pairs``."""
+def figures(
+    pairs: Sequence[Pair], oracle: dict[int, float] | None = None, told: dict[int, Answer] | None = None
+) -> list[Figure]:
+    """All lines of the table. By index in ``pairs``: ``oracle``: closure reached by the one who knows the effect;
+    ``told``: what he says who is told the two effects of a pair that was missed.
+    """
 
     def of(stratum: str, least: float = 0.0) -> list[Pair]:
         return [(lab, a) for lab, a in pairs if lab["stratum"] == stratum and size(lab) >= least]
@@ -226,6 +244,8 @@ def figures(pairs: Sequence[Pair], oracle: dict[int, float] | None = None) -> li
         share("stage", "stage right, single >= 3x", ">= 98 %", 0.98, None, [stage_right(*x) for x in plain]),
         share("joints", "joints right, single >= 3x", ">= 98 %", 0.98, None, [joints_right(*x) for x in moving]),
         share("pairs", "both causes of a pair >= 3x", ">= 75 %", 0.75, None, [both_named(*x) for x in two]),
+        share("pairs_detectable", "the same where both are detectable", ">= 80 %", 0.8, None,
+              [] if told is None else both_named_where_detectable(pairs, told)),
         _statistic("error_median", "parameter error, median", "<= 5 %", 0.05, [e], lambda x: float(np.median(x))),
         _statistic(
             "error_p90", "parameter error, 90th percentile", "<= 15 %", 0.15, [e], lambda x: float(np.quantile(x, 0.9))

@@ -1,24 +1,30 @@
-"""docs/blind-check.md names scripts and options that are there; ``test_blind_reduced`` runs the same commands."""
+"""docs/blind-check*.md name scripts and options that are there; ``test_blind_reduced`` runs the same commands."""
 
 import re
 import subprocess
 from pathlib import Path
 
+import pytest
 from tool_calls import called
 
 
-def test_commands_of_the_page_exist(root: Path) -> None:
-    text = (root / "docs" / "blind-check.md").read_text(encoding="utf-8")
+FIRST = ("make", "answer", "experiment", "baseline", "fit_all", "score")
+
+
+@pytest.mark.parametrize(
+    ("page", "scripts"),
+    [
+        ("blind-check.md", [f"tools/blind/{name}" for name in FIRST]),
+        (
+            "blind-check-wheels.md",
+            [f"tools/blind_wheels/{n}" for n in ("make_wheels", "score_wheels", "misfit")],
+        ),
+    ],
+)
+def test_commands_of_the_page_exist(root: Path, page: str, scripts: list[str]) -> None:
+    text = (root / "docs" / page).read_text(encoding="utf-8")
     commands = [line.split("#")[0].split() for line in text.splitlines() if line.startswith("    ")]
-    assert {words[0] for words in commands} >= {
-        "make",
-        "tools/blind/make",
-        "tools/blind/answer",
-        "tools/blind/experiment",
-        "tools/blind/baseline",
-        "tools/blind/fit_all",
-        "tools/blind/score",
-    }
+    assert {words[0] for words in commands} >= {"make", *scripts}
     helps: dict[str, str] = {}
     for script, *words in commands:
         if script == "make":

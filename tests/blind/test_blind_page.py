@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from tool_calls import called
 
-
 FIRST = ("make", "answer", "experiment", "baseline", "fit_all", "score")
 
 

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import bench_all
+import bench_growth
 import pytest
 
 
@@ -61,8 +62,16 @@ def test_a_bench_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_growth_is_set_beside_proportion_to_the_first_case() -> None:
-    first = {"joints": 5, "runs": 6, "duration_s": 20.0, "seconds": 8.0, "memory_mib": 200}
-    more = {**first, "joints": 10, "seconds": 10.0, "memory_mib": 250}
+    first = {
+        "joints": 5,
+        "runs": 6,
+        "duration_s": 20.0,
+        "seconds": 8.0,
+        "in_proportion_s": 8.0,
+        "memory_mib": 200,
+    }
+    proportional = bench_growth.in_proportion_s(bench_growth.Extent(10, 6, 20.0), 8.0)
+    more = {**first, "joints": 10, "seconds": 10.0, "in_proportion_s": proportional, "memory_mib": 250}
     time_first, memory_first, time_more, memory_more = bench_all.growth(json.dumps([first, more]))
     assert time_first.ratio is None
     assert memory_first.ratio is None

@@ -2,7 +2,7 @@
 """All benches of tools/ with their peers, one after the other, as one table with machine, load and ratios.
 
     tools/bench_all.py                      everything; about half an hour
-    tools/bench_all.py --markdown           the same as tables for docs/performance.md
+    tools/bench_all.py --markdown           the same as a table for a page
     tools/bench_all.py --quick              the same benches with little of each: minutes, and rough figures
     tools/bench_all.py --only codec bus     these; --list says which there are
 
@@ -102,28 +102,19 @@ def diagnosis(text: str) -> list[Row]:
 
 
 def growth(text: str) -> list[Row]:
-    """Time beside what it would be if it grew as the readings do from the first case on; memory beside the first's."""
-    found: list[dict[str, Any]] = json.loads(text)
-    rows = []
-    for case in found:
-        name = f"{case['joints']} joints, {case['runs']} runs of {case['duration_s']:.0f} s"
-        size, first = (c["joints"] * c["runs"] * c["duration_s"] for c in (case, found[0]))
-        peers = (
-            (None, None) if case is found[0] else (found[0]["seconds"] * size / first, found[0]["memory_mib"])
-        )
-        rows.append(
-            Row(name, "" if peers[0] is None else "in proportion", case["seconds"], peers[0], "s", more=False)
-        )
-        rows.append(
-            Row(
-                name,
-                "" if peers[1] is None else "the first case",
-                case["memory_mib"],
-                peers[1],
-                "MiB",
-                more=False,
-            )
-        )
+    """Time beside what it would be in proportion to the first case; memory beside the first's."""
+    first, *others = json.loads(text)
+    name = "{joints} joints, {runs} runs of {duration_s:.0f} s"
+    rows = [
+        Row(name.format(**first), "", first["seconds"], None, "s", more=False),
+        Row(name.format(**first), "", first["memory_mib"], None, "MiB", more=False),
+    ]
+    for case in others:
+        what = name.format(**case)
+        rows += [
+            Row(what, "in proportion", case["seconds"], case["in_proportion_s"], "s", more=False),
+            Row(what, "the first case", case["memory_mib"], first["memory_mib"], "MiB", more=False),
+        ]
     return rows
 
 
@@ -257,14 +248,23 @@ def machine() -> str:
     return f"{name}, {os.cpu_count()} cores; {system}; Python {platform.python_version()}"
 
 
-def lines(done: Done) -> list[str]:
-    """Its part of the table."""
-    if done.failed:
-        return [f"{done.name:<10}{done.load:5.1f}  left out: {done.failed}"]
+def cells(done: Done) -> list[tuple[str, ...]]:
+    """A bench's part of the table: what, ours, unit, peer, theirs, ratio; empty where there is no peer."""
     return [
-        f"{done.name:<10}{done.load:5.1f}  {row.what:<34} {row.ours:12,.4g} {row.unit:<9} {row.peer or '-':<28}"
-        + ("" if row.theirs is None else f" {row.theirs:12,.4g} {row.ratio:8.2f}")
+        (row.what, f"{row.ours:,.4g}", row.unit, row.peer)
+        + (("", "") if row.theirs is None else (f"{row.theirs:,.4g}", f"{row.ratio:.2f}"))
         for row in done.rows
+    ]
+
+
+def lines(done: Done) -> list[str]:
+    """Its part of the table, for a terminal."""
+    head = f"{done.name:<10}{done.load:5.1f}  "
+    if done.failed:
+        return [f"{head}left out: {done.failed}"]
+    return [
+        f"{head}{what:<34} {ours:>12} {unit:<9} {peer or '-':<28} {theirs:>12} {ratio:>8}".rstrip()
+        for what, ours, unit, peer, theirs, ratio in cells(done)
     ]
 
 
@@ -272,14 +272,9 @@ MARKDOWN_HEAD = "| bench | what | snakebot | | peer | its | ratio |\n|---|---|--
 
 
 def markdown(done: Done) -> list[str]:
-    """Its part of a table with ``MARKDOWN_HEAD`` above."""
-    if done.failed:
-        return [f"| {done.name} | left out: {done.failed} | | | | | |"]
-    return [
-        f"| {done.name} | {row.what} | {row.ours:,.4g} | {row.unit} | {row.peer} | "
-        + (" | |" if row.theirs is None else f"{row.theirs:,.4g} | {row.ratio:.2f} |")
-        for row in done.rows
-    ]
+    """The same with ``MARKDOWN_HEAD`` above."""
+    shown = [(f"left out: {done.failed}", *[""] * 5)] if done.failed else cells(done)
+    return [f"| {' | '.join((done.name, *row))} |" for row in shown]
 
 
 def main() -> int:
@@ -288,7 +283,7 @@ def main() -> int:
     )
     parser.add_argument("--quick", action="store_true", help="little of each, rough figures")
     parser.add_argument("--only", nargs="+", choices=tuple(BENCHES), default=tuple(BENCHES), metavar="NAME")
-    parser.add_argument("--markdown", action="store_true", help="print the table for docs/performance.md")
+    parser.add_argument("--markdown", action="store_true", help="print the table for a page")
     parser.add_argument("--list", action="store_true", help="say which there are, and end")
     options = parser.parse_args()
     if options.list:
@@ -296,14 +291,8 @@ def main() -> int:
             print(f"{name:<10} tools/{' '.join(bench.words)}")
         return 0
     print(machine())
-    table = (
-        f"\n{MARKDOWN_HEAD}"
-        if options.markdown
-        else (
-            f"{'bench':<10}{'load':>5}  {'what':<34} {'snakebot':>12} {'':<9} {'peer':<28} {'its':>12} {'ratio':>8}"
-        )
-    )
-    print(table)
+    columns = f"{'bench':<10}{'load':>5}  {'what':<34} {'snakebot':>12} {'':<9} {'peer':<28} {'its':>12} {'ratio':>8}"
+    print(f"\n{MARKDOWN_HEAD}" if options.markdown else columns)
     failed, loads = 0, []
     for name in options.only:
         done = run(name, quick=options.quick)

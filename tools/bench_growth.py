@@ -24,13 +24,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from diagnosis_cases import GAITS, SETS, background, make_case, simulate_run
+from diagnosis_cases import GAITS, SETS, background, make_case, record_gaits
 
 from snakebot.diagnosis import diagnose
 from snakebot.effects import EffectSpec
 from snakebot.gait import Gait
 from snakebot.robot import load_robot
-from snakebot.runlog import Run, Session
+from snakebot.runlog import Session
 
 RATE_HZ = 100.0
 SLOWER = 0.85  # the same gaits again, where more motions are asked for than there are
@@ -78,15 +78,11 @@ def session(extent: Extent) -> Session:
     body = nominal.body.model_copy(update={"links": extent.joints + 1})
     nominal = nominal.model_copy(update={"joints": extent.joints, "body": body})
     real, truth = background(nominal, rng), (EffectSpec("rate_limit", {"limit_rad_s": 1.3}),)
-    runs: list[Run] = []
+    gaits = []
     for number in range(extent.runs - 1):
         alpha, beta, omega = GAITS[number % len(GAITS)]
-        gait = Gait(radians(alpha), radians(beta), omega * SLOWER ** (number // len(GAITS)))
-        runs.append(simulate_run(real, truth, gait, f"run_{number + 1:02d}", rng, extent.duration_s))
-    assert runs[0].gait is not None
-    again = simulate_run(real, truth, runs[0].gait, f"run_{extent.runs:02d}", rng, extent.duration_s)
-    runs.append(replace(again, repeat_of=runs[0].name))
-    return Session(nominal, tuple(runs))
+        gaits.append(Gait(radians(alpha), radians(beta), omega * SLOWER ** (number // len(GAITS))))
+    return Session(nominal, tuple(record_gaits(real, truth, gaits, rng, extent.duration_s)))
 
 
 def measure(extent: Extent) -> Taken:
@@ -100,6 +96,11 @@ def measure(extent: Extent) -> Taken:
     most_kib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     named = bool(found.causes) and found.causes[0].effect == "rate_limit"
     return Taken(round(clock, 1), round(cpu, 1), round(most_kib / 1024), found.verdict, named)
+
+
+def in_proportion_s(extent: Extent, first_s: float) -> float:
+    """What a case would take if time grew from that of ``FIRST`` as the number of readings does."""
+    return first_s * extent.readings / FIRST.readings
 
 
 def in_a_process(extent: Extent) -> Taken:
@@ -127,12 +128,13 @@ def main() -> int:
     cases = [c for c in CASES if not options.quick or c.readings <= FIRST.readings]
     if not options.json:
         print("joints  runs  s a run   clock s   CPU s   in proportion  ratio   memory MiB  verdict")
-    rows: list[tuple[Extent, Taken]] = []
+    rows = []
+    first_s = 0.0
     for extent in cases:
         taken = in_a_process(extent)
-        first = rows[0][1] if rows else taken
-        proportional = first.seconds * extent.readings / FIRST.readings
-        rows.append((extent, taken))
+        first_s = first_s or taken.seconds
+        proportional = in_proportion_s(extent, first_s)
+        rows.append({**asdict(extent), **asdict(taken), "in_proportion_s": round(proportional, 1)})
         if not options.json:
             size = f"{extent.joints:6d} {extent.runs:5d} {extent.duration_s:8.0f}"
             ratio = proportional / taken.seconds
@@ -140,7 +142,7 @@ def main() -> int:
             said = taken.verdict + ("" if taken.named else ", another cause first")
             print(f"{size} {spent} {taken.memory_mib:10.0f}   {said}", flush=True)
     if options.json:
-        print(json.dumps([{**asdict(extent), **asdict(taken)} for extent, taken in rows], indent=1))
+        print(json.dumps(rows, indent=1))
     return 0
 
 

@@ -6,6 +6,7 @@ encoders are noisy, with a cause or without. Sets are told apart by their seeds:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import radians
 
@@ -174,6 +175,26 @@ def simulate_motion(
     return Run(name, t, command, measured, pose=pose if robot.body is not None else None)
 
 
+def record_gaits(
+    robot: Robot,
+    specs: tuple[EffectSpec, ...],
+    gaits: Sequence[Gait],
+    rng: np.random.Generator,
+    duration_s: float,
+    *,
+    repeat: bool = True,
+) -> list[Run]:
+    """A run a gait; ``repeat``: and the first gait again, marked so."""
+    made = [
+        simulate_run(robot, specs, gait, f"run_{number:02d}", rng, duration_s)
+        for number, gait in enumerate(gaits, start=1)
+    ]
+    if repeat:
+        again = simulate_run(robot, specs, gaits[0], f"run_{len(made) + 1:02d}", rng, duration_s)
+        made.append(replace(again, repeat_of=made[0].name))
+    return made
+
+
 def make_case(
     effects: tuple[str, ...],
     seed: int,
@@ -191,15 +212,8 @@ def make_case(
     real = background(nominal, rng)
     truth = tuple(draw_effect(name, rng, nominal.joints, strength) for name in effects)
     picked = [GAITS[i] for i in rng.permutation(len(GAITS))[:runs]]
-    made = []
-    for number, (alpha, beta, omega) in enumerate(picked):
-        gait = Gait(radians(alpha), radians(beta), omega)
-        made.append(simulate_run(real, truth, gait, f"run_{number + 1:02d}", rng, duration_s))
-    if repeat:
-        first = made[0]
-        assert first.gait is not None
-        again = simulate_run(real, truth, first.gait, f"run_{len(made) + 1:02d}", rng, duration_s)
-        made.append(replace(again, repeat_of=first.name))
+    gaits = [Gait(radians(alpha), radians(beta), omega) for alpha, beta, omega in picked]
+    made = record_gaits(real, truth, gaits, rng, duration_s, repeat=repeat)
     if channel == "speed":
         made = [replace(run, pose=None, forward_speed_m_s=_speed(run, rng)) for run in made]
     elif channel == "encoders":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -92,11 +92,16 @@ def caught_or_alike(label: Label, answer: Answer | None) -> bool:
     return bool(answer["closure"]["joint_angle"]["rms_after"] <= label["floor_rad"])
 
 
-def accused(label: Label, answer: Answer | None) -> bool:
-    """The first cause is none, and was said with a half or more: in a robot that has another fault, or none."""
+def claims_another(answer: Answer | None, true: Set[str]) -> bool:
+    """Whether the first cause is said with a half or more and, with its group, is none of the ``true`` names."""
     cause = first_cause(answer)
-    true = set() if label["stratum"] == "left_out" else {e["name"] for e in label["effects"]}
     return cause is not None and cause["probability"] >= LOW_PROBABILITY and not true & group(cause)
+
+
+def accused(label: Label, answer: Answer | None) -> bool:
+    """A cause is claimed in a robot that has another fault, or none."""
+    left_out = label["stratum"] == "left_out"
+    return claims_another(answer, set() if left_out else {e["name"] for e in label["effects"]})
 
 
 def size(label: Label) -> float:
@@ -110,13 +115,18 @@ def both_named(label: Label, answer: Answer | None) -> bool:
     return len(answer["causes"]) >= 2 and all(e["name"] in named for e in label["effects"])
 
 
+def plain_pair(label: Label) -> bool:
+    """Two effects, each large enough to count."""
+    return label["stratum"] == "pair" and size(label) >= PLAIN
+
+
 def both_named_where_detectable(pairs: Sequence[Pair], told: dict[int, Answer]) -> list[bool]:
     """Of pairs whose parts are each detectable: both are named, or they are by one who was told both effects (answers
     by index in ``pairs``).
     """
     found = []
     for i, (label, answer) in enumerate(pairs):
-        if label["stratum"] != "pair" or size(label) < PLAIN:
+        if not plain_pair(label):
             continue
         named = both_named(label, answer)
         if named or both_named(label, told.get(i)):

@@ -12,6 +12,7 @@ from blind.scores import (
     Label,
     Pair,
     calibration_error,
+    claims_another,
     first_cause,
     group,
     has_cause_or_gap,
@@ -21,7 +22,6 @@ from blind.scores import (
 from blind_wheels.faults import FAULTS
 
 PLAIN = 2.7  # floors from which a fault must be found, as for the first robot
-SURE = 0.5  # probability from which a wrong cause is a wrong accusation
 
 
 def named(label: Label, answer: Answer | None) -> bool:
@@ -46,11 +46,8 @@ def honest(label: Label, answer: Answer | None) -> bool:
 
 
 def accused(label: Label, answer: Answer | None) -> bool:
-    """A cause that is none, with a probability of a half or more, and no verdict that holds it back."""
-    names = FAULTS[label["fault"]].names if label["fault"] else frozenset()
-    return answer is not None and any(
-        c["probability"] >= SURE and not group(c) & names for c in answer["causes"][:1]
-    )
+    """A cause that is none, with a probability of a half or more."""
+    return claims_another(answer, FAULTS[label["fault"]].names if label["fault"] else frozenset())
 
 
 def stage_right(label: Label, answer: Answer | None) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec, robot_effects
 from snakebot.errors import BadInputError
-from snakebot.robot import LAG_TOLERANCE
+from snakebot.robot import SERVO_LAG
 
 if TYPE_CHECKING:
     from snakebot.effects.parameter import Parameter
@@ -88,7 +88,7 @@ def drawn(robot: Robot, numbers: Sequence[Known], rng: np.random.Generator) -> R
         value = known.draw(rng)
         if known.number.startswith("effects."):
             effects = [_with(spec, known, value) for spec in effects]
-        elif known.number == "servo.time_constant_s":
+        elif known.number == SERVO_LAG:
             servo = servo.model_copy(update={"time_constant_s": value})
         else:
             factors[known.number] = value / known.estimate
@@ -156,8 +156,7 @@ def _sigma(parameter: Parameter, interval: Interval) -> float:
 def _stated(robot: Robot) -> list[Known]:
     """Numbers with a tolerance. What the wire's delay may be off by counts as lag."""
     tolerance, tau = robot.tolerance, robot.servo.time_constant_s
-    lag = LAG_TOLERANCE * tau if tolerance.time_constant_s is None else tolerance.time_constant_s
-    out = [_one("servo.time_constant_s", "s", tau, math.hypot(lag, tolerance.delay_s))]
+    out = [_one(SERVO_LAG, "s", tau, math.hypot(robot.lag_spread_s, tolerance.delay_s))]
     if robot.body is not None:
         friction = robot.body.friction
         for key in ("ct", "cn"):

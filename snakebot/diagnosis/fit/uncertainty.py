@@ -10,7 +10,6 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.tolerance import lag_spread_s
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.effects.parameter import Parameter
@@ -46,7 +45,7 @@ def _fitted_with(evidence: Evidence, trial: Trial, robot: Robot) -> Floats:
 def _off(robot: Robot, body_too: bool) -> list[Robot]:
     """Robots with one nominal number off by one standard deviation of its tolerance."""
     servo = robot.servo
-    slower = servo.model_copy(update={"time_constant_s": servo.time_constant_s + lag_spread_s(robot)})
+    slower = servo.model_copy(update={"time_constant_s": servo.time_constant_s + robot.lag_spread_s})
     out = [robot.model_copy(update={"servo": slower})]
     if body_too and robot.body is not None:
         body, friction = robot.body, robot.body.friction

@@ -69,13 +69,6 @@ class Observed:
         )
 
     @cached_property
-    def error_rms_rad(self) -> Vector:
-        """Of measured against commanded angles."""
-        return _pooled(
-            [r.measured_rad - r.command_rad for r in self.runs], lambda e: np.sqrt(np.nanmean(e**2))
-        )
-
-    @cached_property
     def median_rad(self) -> Vector:
         """Median of the measured angles."""
         return _pooled([r.measured_rad for r in self.runs], np.nanmedian)

@@ -7,7 +7,7 @@ wants. Either begins at the best gait with equal amplitudes, and is never worse 
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from snakebot.arrays import Floats
 from snakebot.optimise.search import GRID, Search
 
 Amplitudes = Literal["equal", "taper", "each"]
-AMPLITUDES: tuple[Amplitudes, ...] = get_args(Amplitudes)
 LEAST = 0.1  # share of alpha that a joint keeps; chosen
 FIRST, SHORTEST = 0.2, 0.025  # steps in a share; chosen
 ROUNDS = 3  # of shares, then alpha, beta and omega; chosen

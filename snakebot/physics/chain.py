@@ -143,12 +143,6 @@ class Chain:
         """Velocities of the links' centres, (links, 2)."""
         return self._link_rows(kernel.VX, kernel.VY)
 
-    def link_angles_rad(self) -> Floats:
-        """Absolute angles of the links, (links,)."""
-        first = kernel.first_angle(self.heading_rad, self.joint_angle_rad, self.model.links)
-        angles: Floats = first + np.concatenate(([0.0], np.cumsum(self.joint_angle_rad)))
-        return angles
-
     def energy_j(self) -> float:
         """Kinetic energy and, on a slope, the potential energy of the centre of mass."""
         velocity, rate = self.link_velocities_m_s(), self._work[kernel.OMEGA]

@@ -29,7 +29,6 @@ class Optimum:
     omega_rad_s: float
     power_w: float
     alpha_range_deg: tuple[float, float]
-    beta_range_deg: tuple[float, float]
 
 
 def cheapest(gaits: Floats, speed_m_s: Floats, power_w: Floats, speeds: Sequence[float]) -> list[Optimum]:
@@ -81,7 +80,7 @@ def _between(axes: list[Floats], cost: Floats, log_omega: Floats, speed: float) 
     a, b = place
     at = np.array([1.0, a, b, a * a, a * b, b * b])
     alpha, beta = np.degrees(axes[0]), np.degrees(axes[1])
-    near_alpha, near_beta = np.nonzero(cost <= cost[i, j] + np.log1p(SLACK))
+    near_alpha, _ = np.nonzero(cost <= cost[i, j] + np.log1p(SLACK))
     return Optimum(
         speed_m_s=speed,
         alpha_deg=float(np.interp(i + a, np.arange(len(alpha)), alpha)),
@@ -89,7 +88,6 @@ def _between(axes: list[Floats], cost: Floats, log_omega: Floats, speed: float) 
         omega_rad_s=float(np.exp(at @ w)),
         power_w=float(np.exp(at @ c)),
         alpha_range_deg=(float(alpha[near_alpha.min()]), float(alpha[near_alpha.max()])),
-        beta_range_deg=(float(beta[near_beta.min()]), float(beta[near_beta.max()])),
     )
 
 

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from snakebot.arrays import Floats
     from snakebot.gait import Gait, Motion, Probe
     from snakebot.runlog import RunLog
 
@@ -157,7 +155,7 @@ def plan_replay(recorded: RunLog, *, ramp_s: float = RAMP_S) -> RunPlan:
     )
 
 
-def _half_travel_rad(angles_rad: NDArray[np.float64]) -> float:
+def _half_travel_rad(angles_rad: Floats) -> float:
     """Half of the way of the joint that goes farthest; infinite where that is beyond all numbers."""
     import numpy as np
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from snakebot.arrays import Floats
+from snakebot.arrays import Floats, Ints
 from snakebot.errors import BadInputError
 from snakebot.physics import kernel, rosenbrock
 from snakebot.physics.compiled import jit
@@ -34,7 +33,7 @@ class Drive:
         torque_nm: on TORQUE joints, constant over the step.
     """
 
-    kind: npt.NDArray[np.int64]
+    kind: Ints
     angle_rad: Floats
     rate_rad_s: Floats
     torque_nm: Floats

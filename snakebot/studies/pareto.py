@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from snakebot.arrays import Floats
+from snakebot.arrays import Floats, Ints
 from snakebot.errors import BadInputError
 from snakebot.robot import Robot
 from snakebot.studies import sweep as sweeps
@@ -32,7 +32,7 @@ def paper_grid() -> Floats:
     return np.column_stack([alpha.ravel(), beta.ravel(), omega.ravel()])
 
 
-def front_of(speed: npt.ArrayLike, power: npt.ArrayLike) -> npt.NDArray[np.intp]:
+def front_of(speed: npt.ArrayLike, power: npt.ArrayLike) -> Ints:
     """Indices of the gaits that no other one beats in both speed and power, from slow to fast.
 
     Gaits that do not move forward, or whose figures are not numbers, are on no front.
@@ -50,7 +50,7 @@ class Pareto:
 
     robot: Robot
     rows: Floats
-    front: npt.NDArray[np.intp]
+    front: Ints
 
     def optimum(self, omega_rad_s: float) -> dict[str, float] | None:
         """The front's fastest gait at one frequency; None where the front has no gait of that frequency."""
@@ -144,7 +144,7 @@ def _spacing(values: Floats) -> float:
     return float(np.diff(distinct).min()) if len(distinct) > 1 else 0.0
 
 
-def _neighbours(rows: Floats, front: npt.NDArray[np.intp], spacing: Floats) -> Floats:
+def _neighbours(rows: Floats, front: Ints, spacing: Floats) -> Floats:
     """Gaits one spacing away from the front's in alpha, beta or both, that have not been computed."""
     steps = np.array([(a, b, 0) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b], dtype=float)
     candidates = (rows[front, None, :3] + steps * spacing).reshape(-1, 3)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from snakebot.cli.names import DEFAULT_ROBOT
 from snakebot.cli.optimize_show import gait_file, show
-from snakebot.cli.robot_option import DEFAULT_ROBOT
 from snakebot.cli.study_output import finish
 from snakebot.errors import BadInputError
 

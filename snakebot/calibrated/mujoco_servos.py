@@ -27,7 +27,7 @@ NONE = 1e9  # a limit that there is not, as in the callbacks
 
 
 @dataclass(frozen=True)
-class Servo:
+class ExportedServo:
     """One joint's servo.
 
     Attributes:
@@ -53,7 +53,7 @@ class Servo:
     stuck_rad: float | None
 
 
-def servos_of(stages: Stages, inertia_kg_m2: Floats, *, smooth: bool) -> list[Servo]:
+def servos_of(stages: Stages, inertia_kg_m2: Floats, *, smooth: bool) -> list[ExportedServo]:
     """Servos in the order of their set-points.
 
     Args:
@@ -66,7 +66,7 @@ def servos_of(stages: Stages, inertia_kg_m2: Floats, *, smooth: bool) -> list[Se
     return sorted(made, key=lambda servo: servo.source)
 
 
-def _servo(joint: int, row: Floats, delay_s: float, inertia: float, smooth: bool) -> Servo:
+def _servo(joint: int, row: Floats, delay_s: float, inertia: float, smooth: bool) -> ExportedServo:
     stiff_loop = float(row[layout.LOOP_STIFFNESS_NM_RAD])
     give = float(row[layout.LOOP_COMPLIANCE_RAD_NM] + row[layout.COMPLIANCE_RAD_NM])
     coulomb, brake = float(row[layout.COULOMB_NM]), 0.0
@@ -111,7 +111,7 @@ def _servo(joint: int, row: Floats, delay_s: float, inertia: float, smooth: bool
     plain = delay_s == 0 and numbers["rate_limit_rad_s"] == NONE
     plain = plain and not any(numbers[k] for k in ("deadband_rad", "natural_freq_rad_s", "backlash_rad"))
     locked = row[layout.LOCKED]
-    return Servo(
+    return ExportedServo(
         joint=joint,
         source=int(row[layout.SOURCE]),
         stiffness_nm_rad=stiffness,

@@ -20,6 +20,7 @@ from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.live import Experiment, numbered, starting_set
+from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.proposal.experiment import channel_told
 from snakebot.diagnosis.proposal.foresee import Foreseen, foresee, lead_over, shows
 from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, Option, menu
@@ -38,8 +39,7 @@ if TYPE_CHECKING:
 MOST_ADDED = 3  # runs that are added to a plan; chosen
 POSE_NOISE_M, HEADING_NOISE_RAD = 1e-3, math.radians(0.3)  # of a camera above the robot, m and rad; chosen
 BETWEEN_RUNS_S = 20.0  # to put the robot back, s; chosen
-Pair = tuple[str, str]
-Progress = Callable[[str, float], None]
+EffectPair = tuple[str, str]
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Added:
     """A run to add, and the pairs that it parts."""
 
     option: Option
-    parts: tuple[Pair, ...]
+    parts: tuple[EffectPair, ...]
 
 
 @dataclass(frozen=True)
@@ -65,13 +65,13 @@ class Plan:
     experiments: tuple[Experiment, ...]
     shown: tuple[str, ...]
     hidden: tuple[str, ...]
-    parted: tuple[Pair, ...]
-    tied: tuple[Pair, ...]
+    parted: tuple[EffectPair, ...]
+    tied: tuple[EffectPair, ...]
     added: tuple[Added, ...]
     channel: str | None
 
     @property
-    def left(self) -> tuple[Pair, ...]:
+    def left(self) -> tuple[EffectPair, ...]:
         """Pairs that are tied with the runs to add, too."""
         gone = {pair for run in self.added for pair in run.parts}
         return tuple(pair for pair in self.tied if pair not in gone)
@@ -87,7 +87,7 @@ class Plan:
 class _Tie:
     """Two effects, and each as near to the other as it can come."""
 
-    pair: Pair
+    pair: EffectPair
     one: Foreseen
     near_one: Foreseen  # the other effect
     other: Foreseen
@@ -99,7 +99,7 @@ def plan(
     gaits: Sequence[Gait] = (),
     *,
     pose: bool = False,
-    progress: Progress = lambda text, share: None,
+    progress: ProgressCallback = lambda text, share: None,
 ) -> Plan:
     """Foresee what runs of these gaits, or of the default ones, would tell.
 
@@ -121,7 +121,7 @@ def plan(
         progress(effect.name, 0.05 + 0.4 * index / len(wanted))
         effects.append(foresee(motions, *_at_example(effect, robot)))
     seen = [e for e in effects if shows(motions, e, nominal) >= ALIKE]
-    parted: list[Pair] = []
+    parted: list[EffectPair] = []
     ties: list[_Tie] = []
     for index, (a, b) in enumerate(pairs := list(combinations(seen, 2))):
         progress(f"{a.name} or {b.name}", 0.45 + 0.3 * index / len(pairs))
@@ -223,13 +223,13 @@ def _added(
     )
     run = {str(motion.option) for motion in motions}
     options = [o for o in menu(robot, range(1, robot.joints + 1), loads=loads) if str(o) not in run]
-    parts: list[tuple[Option, frozenset[Pair]]] = []
+    parts: list[tuple[Option, frozenset[EffectPair]]] = []
     for index, option in enumerate(options):
         progress(index / len(options))
         new = _simulated(evidence, option, pose)
         parts.append((option, frozenset(t.pair for t in ties if _parts(motions, new, t))))
     out: list[Added] = []
-    gone: frozenset[Pair] = frozenset()
+    gone: frozenset[EffectPair] = frozenset()
     for _ in range(MOST_ADDED):
         option, pairs = max(parts, key=lambda p: (len(p[1] - gone), -p[0].lifted, -p[0].duration_s))
         if not pairs - gone:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Stage = Literal["link", "servo", "sensor", "body"]
 STAGES: tuple[Stage, ...] = ("link", "servo", "sensor", "body")
 Start = dict[str, float | tuple[float, ...]]
-Trace = Literal["mean", "scatter"]
+Moment = Literal["mean", "scatter"]
 
 TIME_GRAIN_S = 1e-9  # two times nearer than this are one: the grain of the clocks in logs
 
@@ -140,7 +140,7 @@ class Effect:
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     per_joint: ClassVar[bool] = True
     covers: ClassVar[frozenset[str]] = frozenset()
-    shows_in: ClassVar[frozenset[Trace]] = frozenset({"mean"})
+    shows_in: ClassVar[frozenset[Moment]] = frozenset({"mean"})
     everyday: ClassVar[bool] = False
     is_read_off: ClassVar[bool] = False
     breaks_joint: ClassVar[bool] = False

@@ -13,7 +13,7 @@ from snakebot.arrays import Floats
 from snakebot.cluster import Workers
 from snakebot.effects import EffectSpec
 from snakebot.gait import Gait
-from snakebot.optimise.outcomes import Outcomes, Progress, Simulator, TorqueNm
+from snakebot.optimise.outcomes import GaitsCallback, GaitSimulator, Outcomes, TorqueNm
 from snakebot.optimise.posterior import draws, interval
 from snakebot.optimise.reach import Beyond, Reach, beyond, no_more
 from snakebot.optimise.search import GRID
@@ -80,12 +80,12 @@ class Options:
         self,
         robot: Robot,
         robots: Sequence[tuple[Robot, tuple[EffectSpec, ...]]] | None = None,
-        progress: Progress | None = None,
+        progress: GaitsCallback | None = None,
         workers: Workers | None = None,
-    ) -> Simulator:
+    ) -> GaitSimulator:
         """Of the robot, broken as asked for; or of ``robots`` that it may be."""
         asked = [(robot, self.faults)] if robots is None else robots
-        return Simulator(asked, torque_nm=self.torque(robot), progress=progress, workers=workers)
+        return GaitSimulator(asked, torque_nm=self.torque(robot), progress=progress, workers=workers)
 
     def _reach(self, robot: Robot) -> Reach:
         return Reach.of(robot, self.within, self.margin)
@@ -129,7 +129,7 @@ def promises(
     robot: Robot,
     gaits: Sequence[tuple[str, Floats]],
     options: Options,
-    progress: Progress | None = None,
+    progress: GaitsCallback | None = None,
     workers: Workers | None = None,
 ) -> list[Promise]:
     """What the simulation says of gaits, each with what it is called, with intervals.

@@ -17,7 +17,7 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
-from snakebot.studies.optimum import Optimum, cheapest, slope_through_origin
+from snakebot.studies.optimum import SweptOptimum, cheapest, slope_through_origin
 
 if TYPE_CHECKING:
     from snakebot.physics import ChainModel
@@ -258,7 +258,7 @@ def _friction(robot: Robot, name: str) -> float:
     return float(np.mean(getattr(robot.body.friction, name)))
 
 
-def _mean(optima: Sequence[Optimum], name: str) -> float:
+def _mean(optima: Sequence[SweptOptimum], name: str) -> float:
     return float(np.mean([getattr(o, name) for o in optima])) if optima else math.nan
 
 

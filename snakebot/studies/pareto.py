@@ -18,7 +18,7 @@ from snakebot.arrays import Floats, Ints
 from snakebot.errors import BadInputError
 from snakebot.robot import Robot
 from snakebot.studies import sweep as sweeps
-from snakebot.studies.sweep import POWER, SPEED, Conditions, Progress
+from snakebot.studies.sweep import POWER, SPEED, Conditions, SweepCallback
 
 # The paper's grid (Section V): 9000 gaits.
 ALPHA_DEG = np.arange(3.0, 90.1, 3.0)
@@ -105,7 +105,7 @@ def pareto(
     *,
     gaits: npt.ArrayLike | None = None,
     refinements: int = 0,
-    progress: Progress | None = None,
+    progress: SweepCallback | None = None,
     dask: str | None = None,
 ) -> Pareto:
     """Sweep the grid (the paper's without ``gaits``) and find its front.

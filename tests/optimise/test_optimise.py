@@ -17,7 +17,7 @@ from snakebot.errors import BadInputError
 from snakebot.gait import Gait, load_gait
 from snakebot.optimise.goal import Goal
 from snakebot.optimise.optimum import fault_specs, optimise
-from snakebot.optimise.outcomes import Simulator
+from snakebot.optimise.outcomes import GaitSimulator
 from snakebot.optimise.promise import Options
 from snakebot.optimise.space import Space
 from snakebot.robot import Interval, Limits, load_robot
@@ -30,10 +30,10 @@ def test_simulator_and_paper_agree() -> None:
     """v(66, 80, 2) is 0.137 m/s with ideal tracking, 0.68 W (reference values of the model)."""
     gait = load_gait("penn_state_optimum")
     row = np.array([[gait.alpha_rad, gait.beta_rad, gait.omega_rad_s]])
-    found = Simulator([(ROBOT, ())])(row)
+    found = GaitSimulator([(ROBOT, ())])(row)
     assert found.speed_m_s[0, 0] == pytest.approx(0.137, rel=0.01)
     assert found.power_in_w[0, 0] == pytest.approx(0.68, rel=0.03)
-    swept = Simulator([(ROBOT, ())])(row, thorough=False)  # the compiled sweep
+    swept = GaitSimulator([(ROBOT, ())])(row, thorough=False)  # the compiled sweep
     assert swept.speed_m_s[0, 0] == pytest.approx(found.speed_m_s[0, 0], rel=0.01)
 
 
@@ -76,7 +76,7 @@ def test_no_gait_of_a_grid_is_better() -> None:
     goal = Goal("power-at-speed", 0.2)
     found = optimise(robot, goal, SMALL).found
     grid = Space.of(robot, SMALL.within).grid(8, 7, 4)
-    best = Simulator([(robot, ())])(grid, thorough=False)
+    best = GaitSimulator([(robot, ())])(grid, thorough=False)
     assert found.speed_m_s == pytest.approx(0.2, rel=3e-3)
     assert -found.power_w >= 1.01 * float(goal.worst(best).max())
 
@@ -109,7 +109,7 @@ def test_a_broken_joint_changes_the_choice() -> None:
     free = fault_specs([("free", (3,), 0.0)])
     broken = optimise(ROBOT, goal, replace(options, faults=free)).found
     row = np.array([[np.radians(whole.alpha_deg), np.radians(whole.beta_deg), whole.omega_rad_s]])
-    same_gait = Simulator([(ROBOT, free)])(row)
+    same_gait = GaitSimulator([(ROBOT, free)])(row)
     assert same_gait.speed_m_s[0, 0] < 0.95 * whole.speed_m_s  # the choice of the whole robot no longer does
     assert broken.speed_m_s == pytest.approx(0.1, rel=3e-3)
     moved = abs(broken.alpha_deg - whole.alpha_deg) + abs(broken.beta_deg - whole.beta_deg)

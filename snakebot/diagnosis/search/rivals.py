@@ -13,10 +13,11 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import candidates, kinds
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.search.rounds import MANY_TERMS, Progress, called_for, first_looks, held_out, ranked
+from snakebot.diagnosis.search.rounds import MANY_TERMS, called_for, first_looks, held_out, ranked
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import find_effect
 
@@ -33,7 +34,7 @@ def rivals(
     tried: Mapping[Hypothesis, Sequence[Trial]],
     fits: Sequence[Trial],
     without: Sequence[Trial],
-    progress: Progress,
+    progress: ProgressCallback,
 ) -> tuple[tuple[Trial, ...], ...]:
     """Per term of ``best``, trials in which another effect takes its place, best first.
 

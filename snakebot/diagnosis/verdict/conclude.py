@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -15,7 +15,7 @@ from snakebot.diagnosis.evidence.ticks import is_slow
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial, run_trial, trial_at
 from snakebot.diagnosis.fit.uncertainty import standard_errors
-from snakebot.diagnosis.options import Options
+from snakebot.diagnosis.options import Options, ProgressCallback
 from snakebot.diagnosis.result import (
     BudgetEntry,
     Cause,
@@ -54,7 +54,6 @@ from snakebot.diagnosis.verdict.rest import Rest
 from snakebot.diagnosis.verdict.stated_numbers import stated_numbers
 from snakebot.diagnosis.verdict.traces import traces
 
-Progress = Callable[[str, float], None]
 Steps = Sequence[tuple[Trial, Trial]]
 
 
@@ -97,7 +96,11 @@ class Conclusion:
 
 
 def conclude(
-    evidence: Evidence, found: SearchResult, judgement: Judgement, options: Options, progress: Progress
+    evidence: Evidence,
+    found: SearchResult,
+    judgement: Judgement,
+    options: Options,
+    progress: ProgressCallback,
 ) -> Conclusion:
     """Causes with parameters and probabilities, closure, place of the gap."""
     progress("parameters and their uncertainty", 0.82)

@@ -18,12 +18,12 @@ from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec, robot_effects
 from snakebot.errors import BadInputError
 from snakebot.robot import SERVO_LAG
+from snakebot.robust import SIGMAS_95
 
 if TYPE_CHECKING:
     from snakebot.effects.parameter import Parameter
     from snakebot.robot import Body, Interval, Robot
 
-SIGMAS = 1.96  # standard deviations to either side of a 95 % interval; the normal distribution
 TRIES = 200  # at a draw within bounds; then the estimate itself
 
 
@@ -54,10 +54,10 @@ class Known:
     def ci95(self) -> tuple[float, float]:
         """Of the distribution that is drawn from."""
         if self.log:
-            factor = math.exp(min(SIGMAS * self.sigma, 50.0))
+            factor = math.exp(min(SIGMAS_95 * self.sigma, 50.0))
             low, high = self.estimate / factor, self.estimate * factor
         else:
-            low, high = self.estimate - SIGMAS * self.sigma, self.estimate + SIGMAS * self.sigma
+            low, high = self.estimate - SIGMAS_95 * self.sigma, self.estimate + SIGMAS_95 * self.sigma
         return max(low, self.lower), min(high, self.upper)
 
     def draw(self, rng: np.random.Generator) -> float:
@@ -149,8 +149,8 @@ def _sigma(parameter: Parameter, interval: Interval) -> float:
         below, above = value - low, high - value
     cut_below, cut_above = low <= parameter.lower, high >= parameter.upper
     if cut_below != cut_above:
-        return (above if cut_below else below) / SIGMAS
-    return 0.5 * (below + above) / SIGMAS
+        return (above if cut_below else below) / SIGMAS_95
+    return 0.5 * (below + above) / SIGMAS_95
 
 
 def _stated(robot: Robot) -> list[Known]:

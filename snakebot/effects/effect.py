@@ -12,6 +12,7 @@ from snakebot.arrays import Floats, Ints
 from snakebot.effects.parameter import Parameter
 from snakebot.errors import BadInputError
 from snakebot.nearest import did_you_mean
+from snakebot.physics.servo_layout import TIME_GRAIN_S
 
 if TYPE_CHECKING:
     from snakebot.effects.ground import Ground
@@ -23,8 +24,6 @@ Stage = Literal["link", "servo", "sensor", "body"]
 STAGES: tuple[Stage, ...] = ("link", "servo", "sensor", "body")
 Start = dict[str, float | tuple[float, ...]]
 Moment = Literal["mean", "scatter"]
-
-TIME_GRAIN_S = 1e-9  # two times nearer than this are one: the grain of the clocks in logs
 
 
 class Setting(NamedTuple):

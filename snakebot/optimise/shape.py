@@ -16,7 +16,7 @@ from snakebot.optimise.search import GRID, Search
 
 Amplitudes = Literal["equal", "taper", "each"]
 LEAST = 0.1  # share of alpha that a joint keeps; chosen
-FIRST, SHORTEST = 0.2, 0.025  # steps in a share; chosen
+FIRST, SHORTEST_SHARE = 0.2, 0.025  # steps in a share; chosen
 ROUNDS = 3  # of shares, then alpha, beta and omega; chosen
 LEAST_BETTER = 1e-3  # share of a score by which a round must improve it to be followed by another; chosen
 
@@ -54,7 +54,7 @@ def _uphill(search: Search, gait: Floats, kind: Amplitudes) -> Floats:
     """The best shares at this gait; where the goal is a speed, with the omega that brings it."""
     rows, scores = search.tried(gait[None, :], thorough=False)
     best, score, step = rows[0], scores[0], FIRST
-    while step >= SHORTEST:
+    while step >= SHORTEST_SHARE:
         around = np.array(_around(best, step, kind))
         rows, scores = search.tried(search.space.nearest(around), thorough=False)
         if scores.max() > score:

@@ -19,15 +19,14 @@ from snakebot.physics import servo_layout as layout
 from snakebot.physics.compiled import jit
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2
 from snakebot.physics.servo import is_free, servo_step
-from snakebot.physics.servo_grip import GRIP_COLUMNS, SCRATCH_ROWS, SMOOTHING_S, follow, grips_of
-from snakebot.physics.servo_layout import OUTPUT, state_at_rest
+from snakebot.physics.servo_grip import GRIP_COLUMNS, GRIP_SCRATCH_ROWS, SMOOTHING_S, follow, grips_of
+from snakebot.physics.servo_layout import OUTPUT, TIME_GRAIN_S, state_at_rest
 
 if TYPE_CHECKING:
     from snakebot.physics.model import ChainModel
 
 
 LOAD_FILTER_S = 0.02  # first order, on the torque that a servo feels
-TIME_GRAIN_S = 1e-9  # steps shorter than this are none
 
 _NO_LINKS = np.zeros((8, 0))
 _NO_LINKS.setflags(write=False)  # as those of a model: one type, compiled once
@@ -50,7 +49,7 @@ class _Body:
         self.rate, self.torque, self.power = np.zeros(k), np.zeros(k), np.zeros(2)
         self.kind = np.zeros(k, dtype=np.int64)
         self.work, self.stage = rosenbrock.workspace(0 if model is None else model.links)
-        self.scratch = np.zeros((SCRATCH_ROWS, max(k, 6)))
+        self.scratch = np.zeros((GRIP_SCRATCH_ROWS, max(k, 6)))
 
     def arguments(self) -> tuple[Any, ...]:
         return (

@@ -56,7 +56,7 @@ STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF, STALL, NO_LOAD, FADE, PLAY, BRAKE = r
 GRIP_COLUMNS = 10  # as many as there are names above
 # Floats of the scratch.
 OLD_BASE, OLD_PHI, OLD_DPHI, SLIDING, WEAK, PUSH, DRAG, KNOWN, SIDE, PULL = range(10)
-SCRATCH_ROWS = 10  # as many as there are names above
+GRIP_SCRATCH_ROWS = 10  # as many as there are names above
 
 
 def grips_of(params: Floats, model: ChainModel) -> Floats:

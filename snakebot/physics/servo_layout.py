@@ -14,6 +14,9 @@ import numpy.typing as npt
 
 from snakebot.arrays import Bools, Floats
 
+# Two times nearer than this are one, a shorter step is none: the grain of the clocks in logs.
+TIME_GRAIN_S = 1e-9
+
 # Columns of the parameters, (joints, PARAMETERS).
 (
     SOURCE,  # 0-based joint whose set-point drives this one

@@ -16,9 +16,9 @@ from snakebot.arrays import Floats, Ints
 from snakebot.physics import servo_layout as layout
 from snakebot.physics.compiled import jit
 from snakebot.physics.servo import is_free, servo_step
-from snakebot.physics.servo_chain import TIME_GRAIN_S, end_of_step, interpolate, plain
+from snakebot.physics.servo_chain import end_of_step, interpolate, plain
 from snakebot.physics.servo_first_order import is_first_order, run_first_order
-from snakebot.physics.servo_layout import OUTPUT, PARAMETERS, SOURCE, STATES
+from snakebot.physics.servo_layout import OUTPUT, PARAMETERS, SOURCE, STATES, TIME_GRAIN_S
 
 _NO_ROWS = np.zeros((0, 0))
 _NO_LOAD = np.zeros(0)

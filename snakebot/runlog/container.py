@@ -25,12 +25,11 @@ from mcap.writer import MCAP0_MAGIC
 from snakebot.errors import UnreadableLogError
 from snakebot.runlog import channels
 from snakebot.runlog.import_hint import import_hint
-from snakebot.runlog.number_table import TABLE_SUFFIXES
+from snakebot.runlog.number_table import MAX_RATIO, TABLE_SUFFIXES
 
 MAX_CHUNK_BYTES = 8 << 20  # decompressed; ours have about 256 KiB
 MAX_RECORD_BYTES = 64 << 20  # as stored
 MAX_TOTAL_BYTES = 2 << 30  # decompressed: an hour at 500 Hz and 5 joints is 1.5 GB
-MAX_RATIO = 400  # decompressed to stored, beyond the first 8 MiB: more is a decompression bomb, not a log
 MAX_CHANNELS = 1024  # chosen: a log of ours has less than twenty
 
 # What reading a damaged record raises: a length beyond 63 bits is an OverflowError.

@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from snakebot.analysis.prediction import AVERAGED_CYCLES, CYCLES
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.robot import Robot
 
-# Simulated, and of these the last that count: what comes before is not steady. Chosen.
-CYCLES, AVERAGED_CYCLES = 8, 4
 RATE_HZ = 100.0  # of the set-points; they are held in between, as a board does
 
 

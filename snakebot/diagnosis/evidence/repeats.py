@@ -30,9 +30,13 @@ MUCH_OF_GAP = 0.25  # ... and above which it could hide them; chosen
 # Repeated motions from which on it is known how far apart a joint's repeats are (chosen) ...
 FEWEST_REPEATED = 3
 UNUSUAL = 4.0  # ... and how many times that a change must be, unless it could hide the gap; chosen
-MOST_BRIDGED = 4.0  # usual steps in time, that lost readings are interpolated over at most; chosen
+# Usual steps in time, that lost readings are interpolated over at most; chosen. Fewer than ``ticks.LONGEST_BRIDGED``,
+# which is for set-points: they lie on a smooth curve, and what readings differ by is told from their noise.
+MOST_BRIDGED = 4.0
 MOST_TOLD = 3  # changed pairs that a warning tells one by one; chosen
-FORGOTTEN_S = 0.3  # after a difference of the commands, in which the joints may still show it, s; chosen
+# After a difference of the commands, in which the joints may still show it, s; chosen. No multiple of the stated time
+# constant, as ``data.SETTLED`` is: readings are compared with readings, of servos that may be much slower than stated.
+FORGOTTEN_S = 0.3
 
 
 @dataclass(frozen=True, eq=False)

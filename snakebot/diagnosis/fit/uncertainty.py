@@ -14,8 +14,8 @@ from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.effects.parameter import Parameter
 from snakebot.robot import Robot
+from snakebot.robust import SIGMAS_95
 
-SIGMAS = 1.96  # standard deviations to either side of a normal distribution's 95 % interval, by definition
 # Standard deviation of a parameter, as a share of its distance from neutral, because a real effect is not quite the
 # library's. Measured on the blind check's set for calibrating: with it, 95 % intervals hold 86 % of the true values; a
 # larger one would not help, the rest are effects of another kind.
@@ -67,8 +67,8 @@ def interval(parameter: Parameter, value: float, error: float) -> tuple[float, f
     if not np.isfinite(error):
         return None
     if parameter.scale == "log" and value > 0:
-        factor = float(np.exp(min(SIGMAS * error / value, 50.0)))
+        factor = float(np.exp(min(SIGMAS_95 * error / value, 50.0)))
         low, high = value / factor, value * factor
     else:
-        low, high = value - SIGMAS * error, value + SIGMAS * error
+        low, high = value - SIGMAS_95 * error, value + SIGMAS_95 * error
     return max(low, parameter.lower), min(high, parameter.upper)

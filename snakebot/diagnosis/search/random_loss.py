@@ -27,7 +27,9 @@ from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.search import MOST_EFFECTS, SearchResult
 from snakebot.effects.registry import find_effect
 
-MEMORY_S = 0.35  # after which a lost set-point is forgotten, s; chosen
+# After which a lost set-point is forgotten, s; chosen. A lag at which a correlation is looked at, not a time that is
+# left out, as ``repeats.FORGOTTEN_S`` is: the two need not be alike.
+MEMORY_S = 0.35
 # Difference of repeats over the readings' own noise, from which on they differ by chance; chosen.
 UNSTEADY = 2.0
 LEAST_COMMON = 0.5  # share of the residual that a common delay must explain beyond chance; chosen

@@ -13,9 +13,9 @@ import numpy as np
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.fit_runs import StackedAngles, ground_residuals, shift_limits
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.fit.uncertainty import SIGMAS
 from snakebot.diagnosis.result import StatedNumber
 from snakebot.robot import SERVO_LAG
+from snakebot.robust import SIGMAS_95
 
 TOLD_BY_DATA = 0.7  # of the tolerance: a standard deviation below which the recordings say something; chosen
 GROUND_NUMBERS = ("friction.ct", "friction.cn", "link_mass_kg")  # as ``ground.tolerance_marks`` has them
@@ -111,5 +111,5 @@ def _row(
         stated=stated,
         tolerance=tolerance,
         estimate=mean,
-        ci95=(mean - SIGMAS * spread, mean + SIGMAS * spread),
+        ci95=(mean - SIGMAS_95 * spread, mean + SIGMAS_95 * spread),
     )

@@ -15,7 +15,7 @@ from snakebot.safe_yaml import load_yaml
 
 METADATA = "metadata.yaml"
 STORAGE = (".mcap", ".db3")
-MAX_FILES = 1000  # of one bag
+MAX_BAG_FILES = 1000  # of one bag
 MAX_MESSAGES = 5_000_000  # of the topics that are read; chosen: a day at 50 Hz
 
 
@@ -103,8 +103,8 @@ def _described(folder: Path) -> tuple[tuple[Path, ...], bool]:
     names = about.get("relative_file_paths") if isinstance(about, Mapping) else None
     if not isinstance(about, Mapping) or not isinstance(names, list) or not names:
         raise BadInputError(f"{where}: not a bag's: rosbag2_bagfile_information names no files")
-    if len(names) > MAX_FILES:
-        raise BadInputError(f"{where}: {len(names)} files; at most {MAX_FILES} are read")
+    if len(names) > MAX_BAG_FILES:
+        raise BadInputError(f"{where}: {len(names)} files; at most {MAX_BAG_FILES} are read")
     mode = str(about.get("compression_mode") or "").lower()
     form = str(about.get("compression_format") or "").lower()
     if mode == "file":

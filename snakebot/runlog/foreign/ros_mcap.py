@@ -17,10 +17,11 @@ from mcap.records import Message as McapMessage
 from mcap.writer import MCAP0_MAGIC
 
 from snakebot.errors import BadInputError
-from snakebot.runlog.container import MAX_CHANNELS, MAX_RATIO, MAX_TOTAL_BYTES, NOT_AS_WRITTEN, decompress
+from snakebot.runlog.container import MAX_CHANNELS, MAX_TOTAL_BYTES, NOT_AS_WRITTEN, decompress
 from snakebot.runlog.foreign.ros_message import MAX_BAG_MESSAGE_BYTES, BagMessage, Topic
+from snakebot.runlog.number_table import MAX_RATIO
 
-MAX_CHUNK_BYTES = 32 << 20  # decompressed; rosbag2's presets have up to 4 MiB
+MAX_BAG_CHUNK_BYTES = 32 << 20  # decompressed; rosbag2's presets have up to 4 MiB
 MAX_STORED_BYTES = 64 << 20  # of one record
 
 _READ: dict[int, Any] = {
@@ -96,7 +97,9 @@ class _Walk:
     def messages(self, wanted: Set[str]) -> Iterator[BagMessage]:
         try:
             with self.path.open("rb") as file:
-                self._allowed = min(MAX_TOTAL_BYTES, MAX_CHUNK_BYTES + MAX_RATIO * self.path.stat().st_size)
+                self._allowed = min(
+                    MAX_TOTAL_BYTES, MAX_BAG_CHUNK_BYTES + MAX_RATIO * self.path.stat().st_size
+                )
                 if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                     raise BadInputError(f"{self.path}: not an MCAP file")
                 yield from self._records(_outer(file, self.path.stat().st_size), wanted)
@@ -124,7 +127,7 @@ class _Walk:
     def _chunk(self, chunk: Chunk, wanted: Set[str]) -> Iterator[BagMessage]:
         size = chunk.uncompressed_size
         self._read_bytes += size
-        if size > MAX_CHUNK_BYTES or self._read_bytes > self._allowed:
+        if size > MAX_BAG_CHUNK_BYTES or self._read_bytes > self._allowed:
             raise BadInputError(f"{self.path}: unpacks to more than {self._allowed >> 20} MiB; not read")
         try:
             data = decompress(memoryview(chunk.data), chunk.compression, size)

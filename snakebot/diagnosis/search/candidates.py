@@ -146,17 +146,17 @@ def elsewhere(evidence: Evidence, library: Library, base: Trial) -> Candidate | 
     if evidence.predictor.simulator.always_needs_body(terms[0].specs(starts[0][0])):
         return None
     runs, fit = each_joint(evidence, base, terms, starts)
-    closed = [j for j in further if not _left_over(evidence, runs, fit.residual, j)]
+    closed = [j for j in further if not _left_over(evidence.angles, runs, fit.residual, j)]
     if not closed:
         return None
     hypothesis = Hypothesis((*base.hypothesis.terms, *(terms[j] for j in closed)))
     return Candidate(hypothesis, [np.concatenate([base.theta, *(fit.theta[j] for j in closed)])])
 
 
-def _left_over(evidence: Evidence, runs: Sequence[int], residual: Floats, joint: int) -> bool:
+def _left_over(angles: AngleEvidence, runs: Sequence[int], residual: Floats, joint: int) -> bool:
     """Whether (N, k) residuals of some runs, stacked, are beyond noise and tolerance on one joint."""
-    names, square = _block_squares(evidence.angles.blocks, runs, residual, joint)
-    return beyond(square, evidence.angles.allowed_square[names], evidence.angles.blocks.run[names])
+    names, square = _block_squares(angles.blocks, runs, residual, joint)
+    return beyond(square, angles.allowed_square[names], angles.blocks.run[names])
 
 
 def _one_each(observed: Observed, effect: Effect, fixed: Fixed) -> tuple[list[Term], list[Floats]]:

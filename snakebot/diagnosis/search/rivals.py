@@ -10,6 +10,7 @@ from itertools import chain
 import numpy as np
 
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
@@ -82,7 +83,7 @@ def _of_term(
         )
     rest = best.hypothesis.without(index)
     if term.own:
-        others = _in_place(evidence, library, best, index)
+        others = _in_place(evidence.predictor.simulator, library, best, index)
         trials = in_parallel(lambda c: run_trial(evidence, c.hypothesis, c.starts, last=True), others)
         return tuple(ranked(evidence.scoring, trials))
 
@@ -104,7 +105,7 @@ def _of_term(
     return tuple(ranked(evidence.scoring, held_out(evidence, fits[:MOST_HELD])))
 
 
-def _in_place(evidence: Evidence, library: Library, best: Trial, index: int) -> list[Candidate]:
+def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -> list[Candidate]:
     """What is said to be taken for an effect, in its place: on the same joints, each with values of its own."""
     term, kept = best.hypothesis.terms[index], best.hypothesis.rest(best.theta, index)
     rest, joints = best.hypothesis.without(index), term.joints or ()
@@ -120,7 +121,7 @@ def _in_place(evidence: Evidence, library: Library, best: Trial, index: int) -> 
             continue
         other = replace(term, effect=effect.name, fixed=kinds(library, effect)[0])
         start = [start_values(other, effect.starts(library.observed, (j - 1,))[0]) for j in joints]
-        if not evidence.predictor.simulator.needs_body(other.specs(np.concatenate(start).tolist())):
+        if not simulator.needs_body(other.specs(np.concatenate(start).tolist())):
             out.append(Candidate(rest.plus(other), [np.concatenate([kept, *start])]))
     return out
 

@@ -188,7 +188,7 @@ def _budget(
 ) -> tuple[BudgetEntry, ...]:
     """Where there is a gap, what each cause carries of it."""
     best = judgement.predicted
-    terms = _terms(evidence, best, causes)
+    terms = _terms(evidence.angles, best, causes)
     entries: list[BudgetEntry] = []
     if closure.joint_angle.closed is not None or closure.joint_angle.reason == NOT_HELD_OUT:
         entries += angle_budget(evidence, nominal, best, terms, seed)
@@ -197,14 +197,14 @@ def _budget(
     return tuple(entries)
 
 
-def _terms(evidence: Evidence, best: Trial, causes: Sequence[Cause]) -> list[int | None]:
+def _terms(angles: AngleEvidence, best: Trial, causes: Sequence[Cause]) -> list[int | None]:
     """For each cause its place in the hypothesis of ``best``; None where it has none."""
     return [
         next(
             (
                 at
                 for at, term in enumerate(best.hypothesis.terms)
-                if term.effect == cause.effect and joints_of(evidence.angles, term) == cause.joints
+                if term.effect == cause.effect and joints_of(angles, term) == cause.joints
             ),
             None,
         )
@@ -305,9 +305,9 @@ def _details(
             found.nominal,
             judgement.predicted,
             causes,
-            _terms(evidence, judgement.predicted, causes),
+            _terms(evidence.angles, judgement.predicted, causes),
         ),
-        speeds=() if speeds is None else speeds_by_run(evidence, speeds),
+        speeds=() if speeds is None else speeds_by_run(evidence.data.runs, speeds),
         known=dict(options.known),
         seed=options.seed,
         fits=fit_entries(evidence, found),

@@ -23,7 +23,7 @@ from snakebot.diagnosis.live import Experiment, numbered, starting_set
 from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.proposal.experiment import channel_told
 from snakebot.diagnosis.proposal.foresee import Foreseen, foresee, lead_over, shows
-from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, Option, menu
+from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, MenuMotion, menu
 from snakebot.diagnosis.proposal.separation import RATE_HZ, SimulatedMotion
 from snakebot.diagnosis.search.library import usable_effects
 from snakebot.effects import predict
@@ -46,7 +46,7 @@ EffectPair = tuple[str, str]
 class Added:
     """A run to add, and the pairs that it parts."""
 
-    option: Option
+    option: MenuMotion
     parts: tuple[EffectPair, ...]
 
 
@@ -159,10 +159,12 @@ def _given(robot: Robot, gaits: Sequence[Gait]) -> list[Experiment]:
     return numbered([*gaits, gaits[0]])
 
 
-def _options(robot: Robot, experiments: Sequence[Experiment]) -> list[Option]:
+def _options(robot: Robot, experiments: Sequence[Experiment]) -> list[MenuMotion]:
     """Each gait once."""
     gaits = dict.fromkeys(e.motion for e in experiments if isinstance(e.motion, Gait))
-    return [Option(gait, None, False, GaitMotion(gait, robot.joints, DURATION_S, RAMP_S)) for gait in gaits]
+    return [
+        MenuMotion(gait, None, False, GaitMotion(gait, robot.joints, DURATION_S, RAMP_S)) for gait in gaits
+    ]
 
 
 def _evidence(robot: Robot, experiments: Sequence[Experiment], pose: bool) -> Evidence:
@@ -186,7 +188,7 @@ def _evidence(robot: Robot, experiments: Sequence[Experiment], pose: bool) -> Ev
     return gather(prepare(Session(robot, tuple(runs))))
 
 
-def _simulated(evidence: Evidence, option: Option, pose: bool) -> SimulatedMotion:
+def _simulated(evidence: Evidence, option: MenuMotion, pose: bool) -> SimulatedMotion:
     return SimulatedMotion(evidence, option, over_ground=pose)
 
 
@@ -223,7 +225,7 @@ def _added(
     )
     run = {str(motion.option) for motion in motions}
     options = [o for o in menu(robot, range(1, robot.joints + 1), loads=loads) if str(o) not in run]
-    parts: list[tuple[Option, frozenset[EffectPair]]] = []
+    parts: list[tuple[MenuMotion, frozenset[EffectPair]]] = []
     for index, option in enumerate(options):
         progress(index / len(options))
         new = _simulated(evidence, option, pose)

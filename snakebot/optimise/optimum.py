@@ -16,7 +16,7 @@ from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.optimise.goal import Goal
 from snakebot.optimise.outcomes import GaitsCallback, GaitSimulator
-from snakebot.optimise.promise import Options, Promise, drawn, promise_of, promises, row_of
+from snakebot.optimise.promise import OptimiseOptions, Promise, drawn, promise_of, promises, row_of
 from snakebot.optimise.search import Search
 from snakebot.optimise.shape import shaped
 from snakebot.studies.pareto import front_of
@@ -72,7 +72,7 @@ class Optimum:
 def optimise(
     robot: Robot,
     goal: Goal,
-    options: Options | None = None,
+    options: OptimiseOptions | None = None,
     *,
     beside: Mapping[str, Gait] | None = None,
     progress: GaitsCallback | None = None,
@@ -89,7 +89,7 @@ def optimise(
     Raises:
         BadInputError: the robot has no body, its limits leave no gait, or none reaches the goal.
     """
-    options = options or Options()
+    options = options or OptimiseOptions()
     if options.torque_nm is not None and not options.torque_nm > 0:
         raise BadInputError(f"--torque {options.torque_nm:g}: a torque is above zero")
     space, simulator = options.space(robot), options.simulator(robot, None, progress, workers)
@@ -171,7 +171,11 @@ def _robust(search: Search, some: GaitSimulator, best: Floats) -> Floats:
 
 
 def _nominal(
-    robot: Robot, goal: Goal, options: Options, progress: GaitsCallback | None, workers: Workers | None
+    robot: Robot,
+    goal: Goal,
+    options: OptimiseOptions,
+    progress: GaitsCallback | None,
+    workers: Workers | None,
 ) -> tuple[Floats | None, int]:
     """What the choice would be if the robot had no effects but broken joints; None where nothing would do."""
     plain = robot.model_copy(update={"effects": ()})

@@ -27,7 +27,7 @@ DRAWS = 40  # robots behind an interval; chosen
 
 
 @dataclass(frozen=True)
-class Options:
+class OptimiseOptions:
     """How to choose.
 
     Attributes:
@@ -128,7 +128,7 @@ class Promise:
 def promises(
     robot: Robot,
     gaits: Sequence[tuple[str, Floats]],
-    options: Options,
+    options: OptimiseOptions,
     progress: GaitsCallback | None = None,
     workers: Workers | None = None,
 ) -> list[Promise]:
@@ -154,7 +154,7 @@ def promises(
 
 
 def _against_recordings(
-    robot: Robot, told: list[Promise], gaits: Floats, options: Options, workers: Workers | None
+    robot: Robot, told: list[Promise], gaits: Floats, options: OptimiseOptions, workers: Workers | None
 ) -> list[Promise]:
     """The promises, with what they ask for beyond the recordings, and what is left without."""
     if robot.recorded is None:
@@ -168,7 +168,7 @@ def _against_recordings(
     return [replace(one, beyond=rows[i], speed_no_more_m_s=left.get(i)) for i, one in enumerate(told)]
 
 
-def drawn(robot: Robot, options: Options) -> list[tuple[Robot, tuple[EffectSpec, ...]]]:
+def drawn(robot: Robot, options: OptimiseOptions) -> list[tuple[Robot, tuple[EffectSpec, ...]]]:
     """Robots as the description may mean, broken as asked for."""
     made = draws(robot, options.draws, options.seed)
     return [(one, (*own, *options.faults)) for one, own in made]

@@ -34,7 +34,7 @@ from snakebot.softboard.joints import DrivenJoints
 from snakebot.softboard.modes import WATCHDOG_MS, Expiry, ModeMachine
 from snakebot.softboard.ownclock import OwnClock
 from snakebot.softboard.plant import JointPlant, make_plant
-from snakebot.softboard.register import SetpointRegister, Tick
+from snakebot.softboard.register import AssembledTick, SetpointRegister
 
 BEAT_S = 0.1  # heartbeats, and samples while nothing streams
 COUNTERS_S = 1.0  # counters come once a second (PROTOCOL.md)
@@ -345,7 +345,7 @@ class SoftBoard:
             return
         self._execute(self._register.assemble(frame), t_s)
 
-    def _execute(self, tick: Tick | None, t_s: float) -> None:
+    def _execute(self, tick: AssembledTick | None, t_s: float) -> None:
         if tick is None:
             return
         self._go_on(self._now_s)

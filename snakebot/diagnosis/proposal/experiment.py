@@ -18,7 +18,7 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, Option, menu, motion_of
+from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, MenuMotion, menu, motion_of
 from snakebot.diagnosis.proposal.separation import (
     Shown,
     SimulatedMotion,
@@ -134,7 +134,7 @@ def _has_been_run(data: Data, motion: SimulatedMotion) -> bool:
 def _described(
     joints: int, best: _Look, rivals: Sequence[Trial], told: Sequence[RivalPair], probability: float
 ) -> NextExperiment:
-    option: Option = best.motion.option
+    option: MenuMotion = best.motion.option
     names = [" + ".join(dict.fromkeys(r.hypothesis.names)) for r in rivals]
     in_question = {name for pair in told for name in (names[pair[0]], names[pair[1]])}
     least = min(

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 
-_RATE_WINDOW_S = 0.03  # shorter differences see the encoder's counts, not the motion
-_REST_S, _STILL_RAD = 0.2, 0.02  # a joint that is at rest
+_RATE_WINDOW_S = 0.03  # chosen: shorter differences see the encoder's counts, not the motion
+_REST_S, _STILL_RAD = 0.2, 0.02  # a joint is at rest that moved no more, in rad, for so long; chosen
 
 
 class RunLike(Protocol):

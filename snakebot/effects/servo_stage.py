@@ -13,7 +13,7 @@ from snakebot.effects.effect import Track
 from snakebot.effects.stages import FILTER_STEP_S, Stages
 from snakebot.physics import servo_layout as layout
 
-GRID_S = 2e-3  # of chains and of what the servo's closed forms do not cover
+GRID_S = 2e-3  # step of chains and of what the servo's closed forms do not cover; chosen
 
 
 @dataclass(frozen=True, eq=False)

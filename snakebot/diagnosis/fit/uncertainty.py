@@ -17,8 +17,8 @@ from snakebot.robot import Robot
 from snakebot.robust import SIGMAS_95
 
 # Standard deviation of a parameter, as a share of its distance from neutral, because a real effect is not quite the
-# library's. Measured on the blind check's set for calibrating: with it, 95 % intervals hold 86 % of the true values; a
-# larger one would not help, the rest are effects of another kind.
+# library's. Measured on the blind check's set for calibrating, where ``tools/blind/score`` prints the coverage: with
+# it, 95 % intervals held 86 % of the true values; a larger one would not help, the rest are effects of another kind.
 MODEL_SHARE = 0.06
 
 

@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
 
-SLOW = 0.3  # share of the peak rate, below which the spring is read off the sag
-LIMITED = 0.8  # share of the furthest error seen, at which a limited drive is started
+SLOW = 0.3  # share of the peak rate, below which the spring is read off the sag; chosen
+LIMITED = 0.8  # share of the furthest error seen, at which a limited drive is started; chosen
 LEAST_SAMPLES, LEAST_SWING_RAD = (
     20,
     0.2,
 )  # of a swing without power that is evaluated: samples, and range in rad; chosen
-SWING_RAD = 0.02  # beyond which a sample of it counts less
-SWING_CLOSED = 0.3  # share of the swing's own spread that may be left for it to count as understood
-UNIT_WEIGHT_NM = 1.0  # of an arm that is not described
+SWING_RAD = 0.02  # beyond which a sample of it counts less; chosen
+SWING_CLOSED = 0.3  # share of the swing's own spread that may be left for it to count as understood; chosen
+UNIT_WEIGHT_NM = 1.0  # of an arm that is not described, by definition: torques are then shares of its weight
 
 
 class PositionLoop(Effect):

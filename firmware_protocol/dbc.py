@@ -12,10 +12,8 @@ from decimal import DecimalException
 import cantools
 import textparser
 from cantools.database.can import Database
-from cantools.database.can import Message as DbcMessage
 
 from firmware_protocol.frame import ProtocolError
-from firmware_protocol.packing import Layout
 
 MAX_CHARACTERS = 256 << 10
 _MAX_BYTES = 8
@@ -65,12 +63,3 @@ def read_dbc(text: str) -> Database:
 
 def _refused(error: Exception) -> ProtocolError:
     return ProtocolError(f"not a DBC: {' '.join(str(error).split())[:200] or type(error).__name__}")
-
-
-def layout_of(message: DbcMessage) -> Layout:
-    """Where all of a message's signals are, in the order of the file.
-
-    Raises:
-        ProtocolError: a signal of a kind that the packing does not know.
-    """
-    return Layout(message, [signal.name for signal in message.signals])

@@ -22,11 +22,12 @@ from snakebot.safe_yaml import NO_LINES, Lines, dump_yaml, load_yaml
 
 MAX_LINKS = 32  # of a chain; chosen: the protocol carries 16 joints
 LAG_TOLERANCE = 0.06  # of the nominal time constant, where nothing is stated; chosen
+# Name of the servos' lag wherever a number of a description is named: provenance, ``Diagnosis.nominal``, ranges.
+SERVO_LAG = "servo.time_constant_s"
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 PerLink = tuple[NonNegative, ...]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class _Model(BaseModel):
@@ -243,6 +244,12 @@ class Robot(_Model):
     @property
     def acceleration_limit_rad_s2(self) -> tuple[float, ...]:
         return _spread(self.limits.acceleration_rad_s2, self.joints)
+
+    @property
+    def lag_spread_s(self) -> float:
+        """Standard deviation of a servo's time constant about the stated one."""
+        stated = self.tolerance.time_constant_s
+        return LAG_TOLERANCE * self.servo.time_constant_s if stated is None else stated
 
     @property
     def rad_per_count(self) -> float:

@@ -48,7 +48,7 @@ pids, look = set(map(int, sys.argv[1].split(","))), registry.look
 def only(kind=registry.RUNS):
     found = look(kind)
     unclear = {pid: path for pid, path in found.unclear.items() if pid in pids}
-    return registry.Found([run for run in found.runs if run.pid in pids], unclear)
+    return registry.RegisteredRuns([run for run in found.runs if run.pid in pids], unclear)
 registry.look = only
 from snakebot.cli.main import main
 main(["stop", *sys.argv[2:]])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -66,3 +68,32 @@ def test_no_wire_in_the_physics_no_link_in_the_diagnosis_no_gait_on_the_servo_bu
             assert not imported(path) & others, path
     assert not any("cli" in imported(path) for path in PACKAGE.rglob("*.py") if "cli" not in path.parts[-2:-1]
                    and path.name != "__main__.py")  # fmt: skip
+
+
+def run_imports(node: ast.AST) -> Iterator[ast.ImportFrom | ast.Import]:
+    """Imports of a file wherever they stand, but for those that only the type checker or the program itself runs."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and ast.unparse(child.test) in (
+            "TYPE_CHECKING",
+            "__name__ == '__main__'",
+        ):
+            continue
+        if isinstance(child, ast.ImportFrom | ast.Import):
+            yield child
+        yield from run_imports(child)
+
+
+def test_files_import_each_other_in_no_circle() -> None:
+    files = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in PACKAGE.rglob("*.py")}
+    files = {name.removesuffix(".__init__"): path for name, path in files.items()}
+    graph: dict[str, set[str]] = {}
+    for name, path in files.items():
+        needs: set[str] = set()
+        for node in run_imports(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                needs |= {alias.name for alias in node.names}
+            else:
+                each = {f"{node.module}.{alias.name}" for alias in node.names}
+                needs |= {one if one in files else node.module or "" for one in each}
+        graph[name] = needs & set(files) - {name}
+    TopologicalSorter(graph).prepare()  # raises CycleError with the files of a circle

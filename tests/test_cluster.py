@@ -21,7 +21,7 @@ from snakebot.diagnosis.many import diagnose_many
 from snakebot.errors import BadInputError, SnakebotError
 from snakebot.optimise.goal import Goal
 from snakebot.optimise.optimum import optimise
-from snakebot.optimise.promise import Options
+from snakebot.optimise.promise import OptimiseOptions
 from snakebot.robot import load_robot
 from snakebot.runlog import Session
 from snakebot.runlog.session_write import write_session
@@ -173,7 +173,7 @@ def test_sessions_and_gaits_of_a_cluster_that_loses_a_worker(
     assert seen == [1, 2, 3, 4]
 
     robot = load_robot("penn_state").model_copy(update={"effects": ("rate_limit:limit_rad_s=1.2",)})
-    options = Options(
+    options = OptimiseOptions(
         within={"alpha": (30, 40), "beta": (70, 80), "omega": (3, 4)}, draws=2, grid=(3, 3, 2), robust=True
     )
     alone = optimise(robot, Goal("speed"), options)

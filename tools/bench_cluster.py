@@ -24,7 +24,7 @@ from snakebot.effects import predict
 from snakebot.gait import Gait, GaitMotion
 from snakebot.optimise.goal import Goal
 from snakebot.optimise.optimum import optimise
-from snakebot.optimise.promise import Options
+from snakebot.optimise.promise import OptimiseOptions
 from snakebot.robot import Robot, load_robot
 from snakebot.runlog import Run, Session
 from snakebot.studies.sweep import Conditions, sweep
@@ -54,7 +54,9 @@ def works(gaits: int, sessions: int) -> dict[str, Callable[[str | None], Any]]:
     rng = np.random.default_rng(0)
     table = rng.uniform((0.3, 0.8, 1.0), (1.0, 2.0, 4.0), size=(gaits, 3))
     many = {f"s{number}": session(number) for number in range(sessions)}
-    options = Options(within={"alpha": (25, 50), "beta": (60, 100), "omega": (1, 4)}, draws=2, grid=(6, 6, 4))
+    options = OptimiseOptions(
+        within={"alpha": (25, 50), "beta": (60, 100), "omega": (1, 4)}, draws=2, grid=(6, 6, 4)
+    )
 
     def choice(dask: str | None) -> None:
         with Workers(dask) as workers:

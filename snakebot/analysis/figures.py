@@ -8,11 +8,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from snakebot.analysis.bodies import BodyPath, model_path, recorded_path
 from snakebot.analysis.curves import amplitude_spectrum, smooth_rate
-from snakebot.arrays import Floats
+from snakebot.arrays import Floats, Ints
 from snakebot.report import Axis, Band, Curve, Line, LineChart, SnakeAnimation, SnakeMotion, XYChart
 
 if TYPE_CHECKING:
@@ -265,7 +264,7 @@ def animation(
     return SnakeAnimation(title, paths[0][1].t_s, snakes, caption, frames)
 
 
-def portrait_window(run: RunAnalysis) -> NDArray[np.intp]:
+def portrait_window(run: RunAnalysis) -> Ints:
     """Indices of the last few steady cycles."""
     inside = np.flatnonzero(run.steady.mask(run.run.t_s))
     if run.omega_rad_s:

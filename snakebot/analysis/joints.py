@@ -12,7 +12,7 @@ from snakebot.analysis.tracking import Hysteresis, Tracking, hysteresis, trackin
 from snakebot.arrays import Floats
 from snakebot.runlog.matching.shift import find_shift, shifted
 
-STILL_RAD = 1e-4  # an amplitude below this is no motion
+NO_MOTION_RAD = 1e-4  # an amplitude below this is no motion
 MOST_LAG_S = 1.0  # a reading is looked for so far behind its command; chosen, ten times a slow servo's lag
 
 
@@ -66,14 +66,14 @@ def analyze_joint(
     if amplitude_rad is None and command is not None:
         amplitude_rad = command.amplitude
     gain = lag_rad = math.nan
-    if command is not None and measured is not None and command.amplitude > STILL_RAD:
+    if command is not None and measured is not None and command.amplitude > NO_MOTION_RAD:
         gain = measured.amplitude / command.amplitude
-        if measured.amplitude > STILL_RAD:
+        if measured.amplitude > NO_MOTION_RAD:
             lag_rad = wrap_rad(command.phase_rad - measured.phase_rad)
     lag_s = lag_rad / omega_rad_s if omega_rad_s else math.nan
     if omega_rad_s is None:
         gain, lag_s = _gain_and_shift(t_s, command_rad, measured_rad)
-    moving = measured is not None and measured.amplitude > STILL_RAD
+    moving = measured is not None and measured.amplitude > NO_MOTION_RAD
     return JointAnalysis(
         joint=joint,
         tracking=tracking(measured_rad, command_rad, amplitude_rad or 0.0),
@@ -103,5 +103,9 @@ def _gain_and_shift(t_s: Floats, command_rad: Floats, measured_rad: Floats) -> t
     known = np.isfinite(later) & np.isfinite(command_rad)
     x, y = command_rad[known], later[known]
     variance = float(np.var(x)) if len(x) else 0.0
-    gain = float(np.mean((x - x.mean()) * (y - y.mean()))) / variance if variance > STILL_RAD**2 else math.nan
+    gain = (
+        float(np.mean((x - x.mean()) * (y - y.mean()))) / variance
+        if variance > NO_MOTION_RAD**2
+        else math.nan
+    )
     return gain, found.shift_s

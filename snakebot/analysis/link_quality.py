@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from snakebot.arrays import Floats
+from snakebot.arrays import Bools, Floats
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ def link_quality(
     command_rad: Floats | None = None,
     applied_rad: Floats | None = None,
     latency_s: Floats | None = None,
-    late: NDArray[np.bool_] | Floats | None = None,
+    late: Bools | Floats | None = None,
 ) -> LinkQuality:
     """Timing of a run of N ticks; angles are (N, k), the rest (N,), ``nan`` where unknown."""
     steps = np.diff(t_s)

@@ -13,10 +13,9 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from snakebot.analysis.sine import fit_sine
-from snakebot.arrays import Floats
+from snakebot.arrays import Bools, Floats
 from snakebot.robust import MAD_TO_STD
 
 TOLERANCE = 0.01  # of the joint's amplitude, or of the distance a cycle
@@ -39,7 +38,7 @@ class SteadyState:
     settled: bool
     reason: str
 
-    def mask(self, t_s: Floats) -> NDArray[np.bool_]:
+    def mask(self, t_s: Floats) -> Bools:
         """Samples (N,) inside: the end is left out, so that whole cycles are not counted one sample twice."""
         inside = (t_s >= self.start_s - 1e-9) & (t_s < self.end_s - 1e-9)
         return inside if inside.any() else np.isfinite(t_s)

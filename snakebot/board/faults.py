@@ -24,7 +24,7 @@ _SERVO_LINES = {
     ServoTrouble.SILENT: "the servo has not answered for five cycles: cable, supply, or another servo of its id?",
     ServoTrouble.TORQUE_OFF: "the servo has switched its torque off by itself",
     ServoTrouble.POWER_CYCLED: "the servo has lost its supply and started again: its settings are gone",
-    ServoTrouble.BUS_WATCHDOG: "the servo's bus watchdog has stopped it: nothing was said on the bus for 100 ms",
+    ServoTrouble.BUS_WATCHDOG: "the servo's bus watchdog has stopped it: nothing was said on the bus for too long",
     ServoTrouble.REFUSES: "the servo does not take what it is told",
     ServoTrouble.LINE_LOST: "the line to the servos is gone: check adapter and cable",
     ServoTrouble.SENSOR: "the servo's own angle sensor reports an error",

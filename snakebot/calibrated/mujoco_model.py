@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.calibrated.mujoco_servos import NONE, Servo, not_expressed, servos_of
+from snakebot.calibrated.mujoco_servos import NONE, ExportedServo, not_expressed, servos_of
 from snakebot.effects.stages import assemble
 from snakebot.errors import BadInputError
 from snakebot.physics import servo_layout as layout
@@ -145,7 +145,7 @@ def _plain(text: str) -> str:
     return re.sub("-{2,}", "-", kept).translate(str.maketrans("<>&", "   ")).replace('"', "'").rstrip("-")
 
 
-def _chain(model: ChainModel, servos: Sequence[Servo]) -> list[str]:
+def _chain(model: ChainModel, servos: Sequence[ExportedServo]) -> list[str]:
     out = ['    <geom type="plane" size="5 5 0.1" pos="0 0 -0.03" rgba=".9 .9 .9 1"/>']
     for i in range(model.links):
         half = float(model.half_length[i])
@@ -169,7 +169,7 @@ def _chain(model: ChainModel, servos: Sequence[Servo]) -> list[str]:
     return out + ["    " + "  " * i + "</body>" for i in reversed(range(model.links))]
 
 
-def _bench(stages: Stages, servos: Sequence[Servo]) -> list[str]:
+def _bench(stages: Stages, servos: Sequence[ExportedServo]) -> list[str]:
     """Each joint on a stand of its own, with the arm that is described; angle ``down`` is straight down."""
     out = []
     for servo, row, turn in zip(
@@ -201,7 +201,7 @@ def _bench_inertia(rows: Floats, *, rotor: bool = True) -> Floats:
     return np.asarray(inertia + rows[:, layout.ARMATURE_KG_M2] if rotor else inertia)
 
 
-def _hinge(servo: Servo, axis: str, armature: float = 0.0) -> str:
+def _hinge(servo: ExportedServo, axis: str, armature: float = 0.0) -> str:
     more = [
         f'{name}="{value!r}"'
         for name, value in (
@@ -215,7 +215,7 @@ def _hinge(servo: Servo, axis: str, armature: float = 0.0) -> str:
     return " ".join([f'<joint name="joint_{servo.joint + 1}" type="hinge" axis="{axis}"', *more]) + "/>"
 
 
-def _actuator(servo: Servo) -> str:
+def _actuator(servo: ExportedServo) -> str:
     """Set-point in, torque out: spring and damper between joint and motor, the motor an activation."""
     k, d = servo.stiffness_nm_rad, servo.damping_nm_s_rad
     gain, offset, limit = (servo.numbers[key] for key in ("gain", "offset_rad", "torque_limit_nm"))
@@ -240,7 +240,7 @@ def _actuator(servo: Servo) -> str:
     )
 
 
-def _custom(stages: Stages, servos: Sequence[Servo]) -> list[str]:
+def _custom(stages: Stages, servos: Sequence[ExportedServo]) -> list[str]:
     """Numbers by name, as the callbacks read them."""
     joints, model = stages.robot.joints, stages.model
     at = np.zeros(1)

@@ -14,20 +14,19 @@ from snakebot.effects.library.clock_drift import Drift
 from snakebot.effects.library.command_delay import Delay
 from snakebot.effects.library.command_loss import Loss
 from snakebot.physics import servo_layout as layout
-from snakebot.physics.servo_grip import SOFT_DAMPING
-from snakebot.physics.servo_grip import STIFF_RAD_S as LIMITED_RAD_S
+from snakebot.physics.servo_grip import SOFT_DAMPING, STIFF_RAD_S
 
 if TYPE_CHECKING:
     from snakebot.effects.stages import Stages
 
 # Natural frequency of a stiff joint on its motor; chosen: a lag of 1.25 ms, which is taken off the servo's own.
-STIFF_RAD_S = 800.0
+STIFF_MOTOR_RAD_S = 800.0
 STIFF_DAMPING = 0.5  # its damping ratio
 NONE = 1e9  # a limit that there is not, as in the callbacks
 
 
 @dataclass(frozen=True)
-class Servo:
+class ExportedServo:
     """One joint's servo.
 
     Attributes:
@@ -53,7 +52,7 @@ class Servo:
     stuck_rad: float | None
 
 
-def servos_of(stages: Stages, inertia_kg_m2: Floats, *, smooth: bool) -> list[Servo]:
+def servos_of(stages: Stages, inertia_kg_m2: Floats, *, smooth: bool) -> list[ExportedServo]:
     """Servos in the order of their set-points.
 
     Args:
@@ -66,7 +65,7 @@ def servos_of(stages: Stages, inertia_kg_m2: Floats, *, smooth: bool) -> list[Se
     return sorted(made, key=lambda servo: servo.source)
 
 
-def _servo(joint: int, row: Floats, delay_s: float, inertia: float, smooth: bool) -> Servo:
+def _servo(joint: int, row: Floats, delay_s: float, inertia: float, smooth: bool) -> ExportedServo:
     stiff_loop = float(row[layout.LOOP_STIFFNESS_NM_RAD])
     give = float(row[layout.LOOP_COMPLIANCE_RAD_NM] + row[layout.COMPLIANCE_RAD_NM])
     coulomb, brake = float(row[layout.COULOMB_NM]), 0.0
@@ -79,7 +78,7 @@ def _servo(joint: int, row: Floats, delay_s: float, inertia: float, smooth: bool
     soft = give > 0
     slope = float(row[layout.RATE_DROP_PER_NM])
     line = slope > 0
-    frequency, ratio = STIFF_RAD_S, STIFF_DAMPING
+    frequency, ratio = STIFF_MOTOR_RAD_S, STIFF_DAMPING
     if soft:
         ratio = SOFT_DAMPING
     gives_way = smooth and not soft and (line or limit < math.inf)
@@ -105,13 +104,13 @@ def _servo(joint: int, row: Floats, delay_s: float, inertia: float, smooth: bool
         "stall_nm": 1.0 / slope if line else NONE,
         "no_load_rad_s": rate if line else NONE,
         "stiff_nm_rad": stiffness,
-        "weak_nm_rad": inertia * LIMITED_RAD_S**2 if gives_way else 0.0,
-        "weak_nm_s_rad": 2.0 * inertia * LIMITED_RAD_S if gives_way else 0.0,
+        "weak_nm_rad": inertia * STIFF_RAD_S**2 if gives_way else 0.0,
+        "weak_nm_s_rad": 2.0 * inertia * STIFF_RAD_S if gives_way else 0.0,
     }
     plain = delay_s == 0 and numbers["rate_limit_rad_s"] == NONE
     plain = plain and not any(numbers[k] for k in ("deadband_rad", "natural_freq_rad_s", "backlash_rad"))
     locked = row[layout.LOCKED]
-    return Servo(
+    return ExportedServo(
         joint=joint,
         source=int(row[layout.SOURCE]),
         stiffness_nm_rad=stiffness,

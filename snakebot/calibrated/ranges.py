@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from snakebot.calibrated.mujoco_servos import IN_SERVO
 from snakebot.calibrated.spread import Known, known_numbers
+from snakebot.robot import SERVO_LAG
 from snakebot.safe_yaml import dump_yaml
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ _STATED_IN_MJCF = {
     "friction.ct": "numeric ct_* and ct0_*: times value / estimate",
     "friction.cn": "numeric cn_*, cn0_* and rotational_drag_*: times value / estimate",
     "link_mass_kg": "inertial of each link: mass and diaginertia times value / estimate",
-    "servo.time_constant_s": "servo_*: dynprm (less lead_s), and time_constant_s of numeric servo_*",
+    SERVO_LAG: "servo_*: dynprm (less lead_s), and time_constant_s of numeric servo_*",
 }
 
 

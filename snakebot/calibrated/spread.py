@@ -17,13 +17,13 @@ import numpy as np
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec, robot_effects
 from snakebot.errors import BadInputError
-from snakebot.robot import LAG_TOLERANCE
+from snakebot.robot import SERVO_LAG
+from snakebot.robust import SIGMAS_95
 
 if TYPE_CHECKING:
     from snakebot.effects.parameter import Parameter
     from snakebot.robot import Body, Interval, Robot
 
-SIGMAS = 1.96  # standard deviations to either side of a 95 % interval; the normal distribution
 TRIES = 200  # at a draw within bounds; then the estimate itself
 
 
@@ -54,10 +54,10 @@ class Known:
     def ci95(self) -> tuple[float, float]:
         """Of the distribution that is drawn from."""
         if self.log:
-            factor = math.exp(min(SIGMAS * self.sigma, 50.0))
+            factor = math.exp(min(SIGMAS_95 * self.sigma, 50.0))
             low, high = self.estimate / factor, self.estimate * factor
         else:
-            low, high = self.estimate - SIGMAS * self.sigma, self.estimate + SIGMAS * self.sigma
+            low, high = self.estimate - SIGMAS_95 * self.sigma, self.estimate + SIGMAS_95 * self.sigma
         return max(low, self.lower), min(high, self.upper)
 
     def draw(self, rng: np.random.Generator) -> float:
@@ -88,7 +88,7 @@ def drawn(robot: Robot, numbers: Sequence[Known], rng: np.random.Generator) -> R
         value = known.draw(rng)
         if known.number.startswith("effects."):
             effects = [_with(spec, known, value) for spec in effects]
-        elif known.number == "servo.time_constant_s":
+        elif known.number == SERVO_LAG:
             servo = servo.model_copy(update={"time_constant_s": value})
         else:
             factors[known.number] = value / known.estimate
@@ -149,15 +149,14 @@ def _sigma(parameter: Parameter, interval: Interval) -> float:
         below, above = value - low, high - value
     cut_below, cut_above = low <= parameter.lower, high >= parameter.upper
     if cut_below != cut_above:
-        return (above if cut_below else below) / SIGMAS
-    return 0.5 * (below + above) / SIGMAS
+        return (above if cut_below else below) / SIGMAS_95
+    return 0.5 * (below + above) / SIGMAS_95
 
 
 def _stated(robot: Robot) -> list[Known]:
     """Numbers with a tolerance. What the wire's delay may be off by counts as lag."""
     tolerance, tau = robot.tolerance, robot.servo.time_constant_s
-    lag = LAG_TOLERANCE * tau if tolerance.time_constant_s is None else tolerance.time_constant_s
-    out = [_one("servo.time_constant_s", "s", tau, math.hypot(lag, tolerance.delay_s))]
+    out = [_one(SERVO_LAG, "s", tau, math.hypot(robot.lag_spread_s, tolerance.delay_s))]
     if robot.body is not None:
         friction = robot.body.friction
         for key in ("ct", "cn"):

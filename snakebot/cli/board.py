@@ -114,9 +114,15 @@ It prints the --port to use, and answers until Ctrl-C.
 @click.option("--json", "as_json", is_flag=True, help="Print the port as one JSON object.")
 def sim(**options: Any) -> None:
     """A simulated board in a process of its own: what a host sees is a real board on a real wire."""
-    from snakebot.cli.board_sim import serve_board
+    families = [family for family in ("feetech", "dynamixel") if options[family]]
+    if families:
+        from snakebot.cli.board_servos import emulate_servos
 
-    serve_board(options)
+        emulate_servos(families, options)
+    else:
+        from snakebot.cli.board_sim import serve_board
+
+        serve_board(options)
 
 
 @command.command(

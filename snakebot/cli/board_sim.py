@@ -26,12 +26,6 @@ if TYPE_CHECKING:
 
 def serve_board(options: dict[str, Any]) -> None:
     """Make the board, open the wire, say which, and answer until Ctrl-C or SIGTERM."""
-    families = [family for family in ("feetech", "dynamixel") if options[family]]
-    if families:
-        from snakebot.cli.board_servos import emulate_servos
-
-        emulate_servos(families, options)
-        return
     for name in ("model", "damage"):
         if options[name] is not None:
             raise BadInputError(f"--{name} is for --feetech and --dynamixel")

@@ -11,8 +11,9 @@ import click
 from click.core import ParameterSource
 
 from snakebot.cli import names
+from snakebot.cli.names import DEFAULT_ROBOT
 from snakebot.cli.pace import shown
-from snakebot.cli.robot_option import DEFAULT_ROBOT, robot_option
+from snakebot.cli.robot_option import robot_option
 from snakebot.cli.run_options import view_options
 from snakebot.errors import BadInputError
 from snakebot.whole_files import check_apart, check_output, write_all

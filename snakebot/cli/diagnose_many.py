@@ -12,7 +12,7 @@ import click
 from snakebot.errors import EXIT_BAD_INPUT, BadInputError
 
 if TYPE_CHECKING:
-    from snakebot.diagnosis.many import Answer
+    from snakebot.diagnosis.many import SessionAnswer
     from snakebot.runlog import Session
 
 
@@ -53,7 +53,7 @@ def _opened(source: Path, opened: Callable[[Path], Session]) -> Session | BadInp
         return error
 
 
-def _line(answer: Answer) -> str:
+def _line(answer: SessionAnswer) -> str:
     row = answer.row()
     if answer.refused:
         return f"{answer.name}: no verdict: {answer.refused}"
@@ -64,7 +64,7 @@ def _line(answer: Answer) -> str:
     return f"{answer.name}: {row['verdict'].replace('_', ' ')}{f': {causes}' if causes else ''}"
 
 
-def _write(path: Path, answers: Sequence[Answer]) -> None:
+def _write(path: Path, answers: Sequence[SessionAnswer]) -> None:
     """
     Raises:
         BadInputError: the file cannot be written.

@@ -9,6 +9,7 @@ from click.shell_completion import CompletionItem
 if TYPE_CHECKING:
     import click
 
+DEFAULT_ROBOT = "penn_state"  # where a command is told of none
 _FILES = [CompletionItem("", type="file")]
 
 
@@ -62,7 +63,6 @@ def effect_names(ctx: click.Context, param: click.Parameter, incomplete: str) ->
 
 def joints(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Joints of the robot that the command line names, or of the one that it is by default."""
-    from snakebot.cli.robot_option import DEFAULT_ROBOT
     from snakebot.errors import BadInputError
     from snakebot.robot import load_robot
 

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from snakebot.cli.names import DEFAULT_ROBOT
 from snakebot.cli.optimize_show import gait_file, show
-from snakebot.cli.robot_option import DEFAULT_ROBOT
 from snakebot.cli.study_output import finish
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
     from snakebot.effects import EffectSpec
     from snakebot.optimise.goal import Goal
-    from snakebot.optimise.promise import Options
+    from snakebot.optimise.promise import OptimiseOptions
     from snakebot.optimise.shape import Amplitudes
     from snakebot.robot import Robot
 
@@ -143,7 +143,7 @@ def command(
     from snakebot.optimise.goal import AIMS as KNOWN
     from snakebot.optimise.goal import Goal
     from snakebot.optimise.optimum import optimise
-    from snakebot.optimise.promise import Options
+    from snakebot.optimise.promise import OptimiseOptions
     from snakebot.optimise.space import parse_grid, parse_within
     from snakebot.robot import load_robot
     from snakebot.studies.figures import save
@@ -156,7 +156,7 @@ def command(
     if effects and port is None:
         further = tuple(str(spec) for spec in parse_effects(effects, robot))
         robot = robot.model_copy(update={"effects": (*robot.effects, *further)})
-    options = Options(
+    options = OptimiseOptions(
         within=ranges, faults=_faults(faults, robot), margin=margin, torque_nm=torque, robust=robust, draws=draws,
         seed=seed, within_recorded=within_recorded, amplitudes=amplitudes, grid=parse_grid(grid),
     )  # fmt: skip
@@ -209,7 +209,7 @@ def _check_live(
 
 
 def _live(
-    robot: Robot, goal: Goal, options: Options, folder: Path, port: str, logs: Path, effects: tuple[str, ...],
+    robot: Robot, goal: Goal, options: OptimiseOptions, folder: Path, port: str, logs: Path, effects: tuple[str, ...],
     as_json: bool, given: dict[str, Any], which: str,
 ) -> None:  # fmt: skip
     from snakebot.cli.optimize_live import Undertaking, confirmable, lines, optimize_live, reachable

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from snakebot.gait import Gait
     from snakebot.optimise.goal import Goal
     from snakebot.optimise.optimum import Optimum
-    from snakebot.optimise.promise import Options, Promise
+    from snakebot.optimise.promise import OptimiseOptions, Promise
     from snakebot.optimise.proof import Measured, Proof
     from snakebot.robot import Robot
     from snakebot.runlog import Session
@@ -45,7 +45,7 @@ class Undertaking:
 
     folder: Path
     goal: Goal
-    options: Options
+    options: OptimiseOptions
     run_options: RunOptions
     budget: int
     repeats: int
@@ -109,7 +109,7 @@ def _session(folder: Path) -> Session:
     return replace(session, runs=mark_repeats(session.runs))
 
 
-def _on(robot: Robot, promise: Promise, options: Options) -> Promise:
+def _on(robot: Robot, promise: Promise, options: OptimiseOptions) -> Promise:
     """The same gait, with what the calibrated description promises of it."""
     from snakebot.optimise.promise import promises
 

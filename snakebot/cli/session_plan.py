@@ -15,7 +15,7 @@ import click
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
-    from snakebot.diagnosis.plan import Pair, Plan
+    from snakebot.diagnosis.plan import EffectPair, Plan
     from snakebot.gait import Gait
 
 EPILOG = """\b
@@ -131,7 +131,7 @@ def _lines(found: Plan, commands: Sequence[str], folder: str) -> Iterator[str]:
         yield f"# {found.channel}"
 
 
-def _pairs(pairs: Sequence[Pair]) -> str:
+def _pairs(pairs: Sequence[EffectPair]) -> str:
     return ", ".join(f"{a} or {b}" for a, b in pairs)
 
 

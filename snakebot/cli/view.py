@@ -12,7 +12,8 @@ from typing import Any
 import click
 
 from snakebot.cli import names
-from snakebot.cli.robot_option import DEFAULT_ROBOT, robot_option
+from snakebot.cli.names import DEFAULT_ROBOT
+from snakebot.cli.robot_option import robot_option
 from snakebot.errors import BadInputError, NoBoardError
 from snakebot.view import DEFAULT_PORT, LOOPBACK
 

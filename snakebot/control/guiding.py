@@ -20,7 +20,7 @@ from snakebot.runlog import records
 from snakebot.steering import Course
 from snakebot.steering.authority import Authority, authority_of
 from snakebot.steering.law import Decision, SteeringLaw
-from snakebot.steering.poses import Pose, PoseWindow
+from snakebot.steering.poses import PoseWindow, TimedPose
 from snakebot.steering.response import Response, response_of
 
 
@@ -57,7 +57,7 @@ class Guide:
         self._journal = journal
         self._track = OffsetTrack()
         self._known: dict[Gait, tuple[Response, Authority]] = {}  # also of a gait that is to come
-        self._resting: list[Pose] = []
+        self._resting: list[TimedPose] = []
         self._met = False
         self._due_s = 0.0
         self._saturated = False
@@ -121,7 +121,7 @@ class Guide:
 
     def see(self, t_s: float, x_m: float, y_m: float, heading_rad: float) -> None:
         """A pose has come."""
-        pose = Pose(t_s, x_m, y_m, heading_rad)
+        pose = TimedPose(t_s, x_m, y_m, heading_rad)
         if not self._met:
             self._resting.append(pose)
             del self._resting[:-1]

@@ -2,13 +2,12 @@
 
 Every way out leads through the same door, in this order as far as the link lives: ramp down, hold, relax (``ends``).
 What a late host does is in ``lateness``, what comes back in ``intake``, what becomes of set-points without an answer in
-``inflight``.
+``inflight``, how the motion changes meanwhile in ``streamed``.
 """
 
 from __future__ import annotations
 
 import contextlib
-import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -32,9 +31,10 @@ from snakebot.control.progress import Progress, TrackingSoFar
 from snakebot.control.rate import check_rate, watchdog_s
 from snakebot.control.standstill import Standstills
 from snakebot.control.stop_requests import StopRequests
+from snakebot.control.streamed import StreamedMotion
 from snakebot.control.takeover import take_over
-from snakebot.errors import BadInputError, BoardFaultError, HostLateError, LostBoardError
-from snakebot.gait import Gait, GaitMotion, Motion, check_motion
+from snakebot.errors import BoardFaultError, HostLateError, LostBoardError
+from snakebot.gait import Gait, Motion, check_motion
 from snakebot.heap import settled_heap
 from snakebot.robot import Robot
 from snakebot.runlog import records
@@ -45,7 +45,6 @@ LISTEN_SHARE = 0.5
 _LAST_ANSWERS_S = 0.02  # listened to after the last tick: nothing feeds the watchdog meanwhile
 GAIT_BLEND_S = 1.0  # a change of gait is spread over this time; chosen
 _POSE_POLL_S = 0.05  # of the wait for a first pose; chosen
-_CHANGE_AHEAD_S = (0.25, 1.0, 4.0)  # time to check a new gait before it begins; more for a long run
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,10 +115,7 @@ class RunLoop:
         )
         self._poses = PoseIntake(pose_source, self._guide, self.progress, self._journal)
         self._maker = Maker(board, robot, self.interval_s, self.progress)
-        self._motion: Motion = GaitMotion(
-            Gait(0, 0, 0), robot.joints, 0, 0
-        )  # the real one is made when armed
-        self._changing = threading.Lock()  # of the motion: keys and signals come from elsewhere
+        self._streamed = StreamedMotion(robot, self.progress, self._journal, self._guide)
         self._stop = StopRequests()
         self.emergency_asked = False
 
@@ -154,7 +150,7 @@ class RunLoop:
     @property
     def gait(self) -> Gait | None:
         """The gait that was asked for last; None for a motion that is no gait."""
-        return self._motion.gait if isinstance(self._motion, GaitMotion) else None
+        return self._streamed.gait
 
     def request_emergency_stop(self) -> None:
         """Cut the power of all joints at the next opportunity, without a ramp."""
@@ -170,30 +166,7 @@ class RunLoop:
             BadInputError: the motion is not a gait, the new gait breaks a limit, or checking that took so long that the
                 change would begin in the past; the run goes on as it was.
         """
-        motion = self._motion
-        if not isinstance(motion, GaitMotion):
-            raise BadInputError("only a running gait can be changed")
-        with self._guide.standing_still() if self._guide is not None else contextlib.nullcontext():
-            self._change_gait(motion, gait, blend_s)
-
-    def _change_gait(self, motion: GaitMotion, gait: Gait, blend_s: float) -> None:
-        for ahead_s in _CHANGE_AHEAD_S:
-            soonest_s = self.progress.t_s + ahead_s
-            base = motion.unchanged_from(soonest_s)
-            start_s = max(soonest_s, base.settled_s)
-            changed = base.changed(start_s, gait, blend_s)
-            check_motion(changed, self.robot, start_s)
-            if self._guide is not None:
-                self._guide.prepare(changed)
-            if self.progress.t_s < soonest_s:
-                break
-        else:
-            raise BadInputError("this computer was too slow to check the new gait in time: try again")
-        with self._changing:
-            if self._motion is not motion:  # a stop came in between
-                return
-            self._motion = changed
-        self._journal.event("gait", f"changed to {gait}", data=gait.plain())
+        self._streamed.change(gait, blend_s)
 
     # -- the run -----------------------------------------------------------------------------------------------------
 
@@ -302,7 +275,7 @@ class RunLoop:
 
     def _stream(self, motion: Motion) -> str:
         """Send the motion tick by tick. Returns how it ended, with the joints at rest and relaxed."""
-        self._motion = motion
+        self._streamed.now = motion
         self._standstills.begin()
         self._journal.origin_s = self.clock.now_s()
         if self.board.lossy:
@@ -322,16 +295,16 @@ class RunLoop:
                 t_s = tick * self.interval_s
                 if self._stop.urgency and ended == "finished":
                     ended = "interrupted"
-                    self._ramp_down(t_s)
+                    self._streamed.end(t_s)
                     self._journal.event("stopping", "asked to stop: ramping down", "warning")
-                if self._stop.urgency > 1 or t_s > self._motion.duration_s + self.interval_s / 2:
+                if self._stop.urgency > 1 or t_s > self._streamed.now.duration_s + self.interval_s / 2:
                     break
                 for fault in self._faults.due(t_s):
                     self._faults.set(fault, wait=False)
                 self._send(ready, t_s)
                 self._poses.look()
                 if self._guide is not None:
-                    self._guide.look(t_s, self._motion)
+                    self._guide.look(t_s, self._streamed.now)
             except (LostBoardError, BoardFaultError, HostLateError):
                 raise
             except (
@@ -341,7 +314,7 @@ class RunLoop:
                     raise
                 failure = error
                 self._journal.stop()
-                self._ramp_down(t_s)
+                self._streamed.end(t_s)
             tick += 1
         self._intake.during(min(_LAST_ANSWERS_S, self._lateness.spare_s(self.clock.now_s())))
         self._in_flight.give_up()
@@ -351,15 +324,11 @@ class RunLoop:
             raise failure
         return ended
 
-    def _ramp_down(self, t_s: float) -> None:
-        with self._changing:
-            self._motion = self._motion.ended(t_s)
-
     def _wait_for(self, tick: int) -> Ready:
         """Wait for a tick's deadline. Returns what is due then: a later tick if this one was slept through."""
         deadline = self._journal.origin_s + tick * self.interval_s
         self._intake.until(deadline)
-        ready = self._maker.make(self._motion, tick)
+        ready = self._maker.make(self._streamed.now, tick)
         self.clock.sleep_until(deadline)
         now = self.clock.now_s()
         self._standstills.look()
@@ -369,7 +338,7 @@ class RunLoop:
             self._journal.event("holding", "too many ticks came far too late", "error")
             raise self._lateness.error()
         skipped = self._lateness.skip()
-        return self._maker.make(self._motion, tick + skipped) if skipped else ready
+        return self._maker.make(self._streamed.now, tick + skipped) if skipped else ready
 
     def _send(self, ready: Ready, t_s: float) -> None:
         now = self.clock.now_s()

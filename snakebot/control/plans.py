@@ -10,16 +10,14 @@ from typing import TYPE_CHECKING
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from snakebot.arrays import Floats
     from snakebot.gait import Gait, Motion, Probe
     from snakebot.runlog import RunLog
 
 RAMP_S = 2.0  # of a smooth start and of a smooth end, where nothing else is asked for
 GAIT_CYCLES = 8  # between the ramps: Table II's runs have about as many
 PROBE_CYCLES = {"triangle": 4, "steps": 1, "sine": 4}
-MOST_CYCLES = 10_000  # of a probe
+MOST_CYCLES_ASKED = 10_000  # of a probe
 
 
 @dataclass(frozen=True)
@@ -119,8 +117,8 @@ def _span_s(what: Gait | Probe, cycles: float | None) -> float:
     if not (math.isfinite(cycles) and cycles > 0):
         raise BadInputError(f"--cycles {cycles:g}: must be a positive number")
     if not isinstance(what, Gait):
-        if cycles < 1 or cycles > MOST_CYCLES or (what.kind != "sine" and cycles != int(cycles)):
-            raise BadInputError(f"--cycles {cycles:g}: a probe makes whole cycles, 1 to {MOST_CYCLES}")
+        if cycles < 1 or cycles > MOST_CYCLES_ASKED or (what.kind != "sine" and cycles != int(cycles)):
+            raise BadInputError(f"--cycles {cycles:g}: a probe makes whole cycles, 1 to {MOST_CYCLES_ASKED}")
         return probe_span_s(what, cycles)
     if not math.isfinite(what.period_s):
         raise BadInputError(f"--omega {what.omega_rad_s:g} has no cycle that ends: give --duration")
@@ -157,7 +155,7 @@ def plan_replay(recorded: RunLog, *, ramp_s: float = RAMP_S) -> RunPlan:
     )
 
 
-def _half_travel_rad(angles_rad: NDArray[np.float64]) -> float:
+def _half_travel_rad(angles_rad: Floats) -> float:
     """Half of the way of the joint that goes farthest; infinite where that is beyond all numbers."""
     import numpy as np
 

@@ -66,7 +66,7 @@ class RunningRun:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class RegisteredRuns:
     """What is registered: runs that live, and files of processes that may be runs, but cannot be told (by process)."""
 
     runs: list[RunningRun]
@@ -104,7 +104,7 @@ def registered(port: str, kind: str = RUNS) -> Iterator[bool]:
             os.close(file)
 
 
-def look(kind: str = RUNS) -> Found:
+def look(kind: str = RUNS) -> RegisteredRuns:
     """Everything registered on this computer. What dead processes of this user have left is cleared away."""
     runs: dict[int, RunningRun] = {}
     unclear: dict[int, Path] = {}
@@ -117,7 +117,7 @@ def look(kind: str = RUNS) -> Found:
             continue
         if run is not None:
             runs[pid] = run
-    return Found(
+    return RegisteredRuns(
         [run for _, run in sorted(runs.items())],
         {pid: path for pid, path in sorted(unclear.items()) if pid not in runs},
     )

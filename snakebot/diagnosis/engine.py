@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from time import perf_counter
 
 from threadpoolctl import threadpool_limits
@@ -14,7 +14,7 @@ from snakebot.diagnosis.evidence.slow_logs import slow_warning, with_ticks
 from snakebot.diagnosis.evidence.ticks import is_slow
 from snakebot.diagnosis.evidence.turns import run_on
 from snakebot.diagnosis.fit.trial import against_nominal
-from snakebot.diagnosis.options import Options
+from snakebot.diagnosis.options import Options, ProgressCallback
 from snakebot.diagnosis.proposal.experiment import Proposal, propose
 from snakebot.diagnosis.result import Diagnosis
 from snakebot.diagnosis.search.library import usable_effects
@@ -27,8 +27,6 @@ from snakebot.diagnosis.verdict.decision import judge
 from snakebot.effects.registry import find_effect
 from snakebot.errors import BadInputError
 from snakebot.runlog import Session
-
-Progress = Callable[[str, float], None]
 
 
 def _quiet(text: str, share: float) -> None:
@@ -43,7 +41,7 @@ def diagnose(
     known: Mapping[str, float] | None = None,
     seed: int = 0,
     quick: bool = False,
-    progress: Progress = _quiet,
+    progress: ProgressCallback = _quiet,
 ) -> Diagnosis:
     """Find out where robot and simulation part, which effect causes it, and how far the gap shrinks with it.
 
@@ -65,7 +63,7 @@ def diagnose(
         return _diagnosed(session, options, progress)
 
 
-def _diagnosed(session: Session, options: Options, progress: Progress) -> Diagnosis:
+def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -> Diagnosis:
     """The answer to a session."""
     clock = _Clock()
     progress("reading the session", 0.0)

@@ -12,11 +12,11 @@ from snakebot.diagnosis.engine import diagnose
 from snakebot.errors import BadInputError
 from snakebot.runlog import Session
 
-Progress = Callable[[int, int], None]  # sessions done, sessions in all
+SessionsCallback = Callable[[int, int], None]  # sessions done, sessions in all
 
 
 @dataclass(frozen=True)
-class Answer:
+class SessionAnswer:
     """What came of one session: a verdict as ``diagnose --json`` writes it, or one line why there is none."""
 
     name: str
@@ -41,21 +41,21 @@ class Answer:
         }
 
 
-def answer(name: str, session: Session, options: Mapping[str, Any]) -> Answer:
+def answer(name: str, session: Session, options: Mapping[str, Any]) -> SessionAnswer:
     """One session: what a worker is asked. ``options``: those of ``diagnose``."""
     try:
         found = diagnose(session, **options)
     except BadInputError as error:
-        return Answer(name, refused=str(error))
-    return Answer(name, found.to_mapping(first=False))
+        return SessionAnswer(name, refused=str(error))
+    return SessionAnswer(name, found.to_mapping(first=False))
 
 
 def diagnose_many(
     sessions: Mapping[str, Session | BadInputError],
     options: Mapping[str, Any],
     workers: Workers,
-    progress: Progress | None = None,
-) -> list[Answer]:
+    progress: SessionsCallback | None = None,
+) -> list[SessionAnswer]:
     """Verdicts in the order of the sessions; one that cannot be read or diagnosed says why and stops no other.
 
     Args:
@@ -68,7 +68,7 @@ def diagnose_many(
         if not isinstance(session, BadInputError)
     }
     found = {
-        name: Answer(name, refused=str(error))
+        name: SessionAnswer(name, refused=str(error))
         for name, error in sessions.items()
         if isinstance(error, BadInputError)
     }

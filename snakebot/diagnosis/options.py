@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from snakebot.effects.registry import effects, find_effect
 from snakebot.errors import BadInputError
 from snakebot.nearest import did_you_mean
+
+ProgressCallback = Callable[[str, float], None]  # what is being done, and the share that is done
 
 
 @dataclass(frozen=True)

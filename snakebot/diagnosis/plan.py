@@ -20,9 +20,10 @@ from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.live import Experiment, numbered, starting_set
+from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.proposal.experiment import channel_told
 from snakebot.diagnosis.proposal.foresee import Foreseen, foresee, lead_over, shows
-from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, Option, menu
+from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, MenuMotion, menu
 from snakebot.diagnosis.proposal.separation import RATE_HZ, SimulatedMotion
 from snakebot.diagnosis.search.library import usable_effects
 from snakebot.effects import predict
@@ -38,16 +39,15 @@ if TYPE_CHECKING:
 MOST_ADDED = 3  # runs that are added to a plan; chosen
 POSE_NOISE_M, HEADING_NOISE_RAD = 1e-3, math.radians(0.3)  # of a camera above the robot, m and rad; chosen
 BETWEEN_RUNS_S = 20.0  # to put the robot back, s; chosen
-Pair = tuple[str, str]
-Progress = Callable[[str, float], None]
+EffectPair = tuple[str, str]
 
 
 @dataclass(frozen=True)
 class Added:
     """A run to add, and the pairs that it parts."""
 
-    option: Option
-    parts: tuple[Pair, ...]
+    option: MenuMotion
+    parts: tuple[EffectPair, ...]
 
 
 @dataclass(frozen=True)
@@ -65,13 +65,13 @@ class Plan:
     experiments: tuple[Experiment, ...]
     shown: tuple[str, ...]
     hidden: tuple[str, ...]
-    parted: tuple[Pair, ...]
-    tied: tuple[Pair, ...]
+    parted: tuple[EffectPair, ...]
+    tied: tuple[EffectPair, ...]
     added: tuple[Added, ...]
     channel: str | None
 
     @property
-    def left(self) -> tuple[Pair, ...]:
+    def left(self) -> tuple[EffectPair, ...]:
         """Pairs that are tied with the runs to add, too."""
         gone = {pair for run in self.added for pair in run.parts}
         return tuple(pair for pair in self.tied if pair not in gone)
@@ -87,7 +87,7 @@ class Plan:
 class _Tie:
     """Two effects, and each as near to the other as it can come."""
 
-    pair: Pair
+    pair: EffectPair
     one: Foreseen
     near_one: Foreseen  # the other effect
     other: Foreseen
@@ -99,7 +99,7 @@ def plan(
     gaits: Sequence[Gait] = (),
     *,
     pose: bool = False,
-    progress: Progress = lambda text, share: None,
+    progress: ProgressCallback = lambda text, share: None,
 ) -> Plan:
     """Foresee what runs of these gaits, or of the default ones, would tell.
 
@@ -121,7 +121,7 @@ def plan(
         progress(effect.name, 0.05 + 0.4 * index / len(wanted))
         effects.append(foresee(motions, *_at_example(effect, robot)))
     seen = [e for e in effects if shows(motions, e, nominal) >= ALIKE]
-    parted: list[Pair] = []
+    parted: list[EffectPair] = []
     ties: list[_Tie] = []
     for index, (a, b) in enumerate(pairs := list(combinations(seen, 2))):
         progress(f"{a.name} or {b.name}", 0.45 + 0.3 * index / len(pairs))
@@ -159,10 +159,12 @@ def _given(robot: Robot, gaits: Sequence[Gait]) -> list[Experiment]:
     return numbered([*gaits, gaits[0]])
 
 
-def _options(robot: Robot, experiments: Sequence[Experiment]) -> list[Option]:
+def _options(robot: Robot, experiments: Sequence[Experiment]) -> list[MenuMotion]:
     """Each gait once."""
     gaits = dict.fromkeys(e.motion for e in experiments if isinstance(e.motion, Gait))
-    return [Option(gait, None, False, GaitMotion(gait, robot.joints, DURATION_S, RAMP_S)) for gait in gaits]
+    return [
+        MenuMotion(gait, None, False, GaitMotion(gait, robot.joints, DURATION_S, RAMP_S)) for gait in gaits
+    ]
 
 
 def _evidence(robot: Robot, experiments: Sequence[Experiment], pose: bool) -> Evidence:
@@ -186,7 +188,7 @@ def _evidence(robot: Robot, experiments: Sequence[Experiment], pose: bool) -> Ev
     return gather(prepare(Session(robot, tuple(runs))))
 
 
-def _simulated(evidence: Evidence, option: Option, pose: bool) -> SimulatedMotion:
+def _simulated(evidence: Evidence, option: MenuMotion, pose: bool) -> SimulatedMotion:
     return SimulatedMotion(evidence, option, over_ground=pose)
 
 
@@ -223,13 +225,13 @@ def _added(
     )
     run = {str(motion.option) for motion in motions}
     options = [o for o in menu(robot, range(1, robot.joints + 1), loads=loads) if str(o) not in run]
-    parts: list[tuple[Option, frozenset[Pair]]] = []
+    parts: list[tuple[MenuMotion, frozenset[EffectPair]]] = []
     for index, option in enumerate(options):
         progress(index / len(options))
         new = _simulated(evidence, option, pose)
         parts.append((option, frozenset(t.pair for t in ties if _parts(motions, new, t))))
     out: list[Added] = []
-    gone: frozenset[Pair] = frozenset()
+    gone: frozenset[EffectPair] = frozenset()
     for _ in range(MOST_ADDED):
         option, pairs = max(parts, key=lambda p: (len(p[1] - gone), -p[0].lifted, -p[0].duration_s))
         if not pairs - gone:

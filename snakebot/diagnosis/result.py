@@ -15,9 +15,9 @@ SCHEMA, FIRST_SCHEMA = "snakebot.diagnosis/2", "snakebot.diagnosis/1"
 HIGHEST, LOWEST = 0.99, 0.01
 
 Verdict = Literal["explained", "partly", "no_gap", "unexplained"]
-Stage = Literal["link", "servo", "sensor", "body", "none"]
+GapStage = Literal["link", "servo", "sensor", "body", "none"]
 Share = Annotated[float, Field(ge=0, le=1)]
-Interval = tuple[float, float]
+ConfidenceInterval = tuple[float, float]
 PerJoint = tuple[int, ...]  # 1-based
 
 
@@ -33,7 +33,7 @@ class StageShares(_Part):
     sensor: Share = 0.0
     body: Share = 0.0
 
-    def largest(self) -> Stage:
+    def largest(self) -> GapStage:
         values = {"link": self.link, "servo": self.servo, "sensor": self.sensor, "body": self.body}
         name = max(values, key=lambda key: values[key])
         return name if values[name] > 0 else "none"  # type: ignore[return-value]
@@ -48,12 +48,12 @@ class Where(_Part):
         stages_in_words: "servo or sensor" where it is one of them, "servo and sensor" where it is both.
     """
 
-    stage: Stage
+    stage: GapStage
     stage_shares: StageShares
     joints: PerJoint
     joint_shares: tuple[Share, ...]
     regime: str
-    stages: tuple[Stage, ...] = ()
+    stages: tuple[GapStage, ...] = ()
     stages_in_words: str = ""
 
 
@@ -62,7 +62,7 @@ class JointEstimate(_Part):
 
     joint: int  # 1-based
     estimate: float
-    ci95: Interval | None
+    ci95: ConfidenceInterval | None
 
 
 class Estimate(_Part):
@@ -72,7 +72,7 @@ class Estimate(_Part):
     """
 
     estimate: float
-    ci95: Interval | None
+    ci95: ConfidenceInterval | None
     unit: str = ""
     fixed: bool = False
     reason: str | None = None  # why there is no interval
@@ -87,7 +87,7 @@ class Cause(_Part):
 
     effect: str
     joints: PerJoint
-    stage: Stage
+    stage: GapStage
     probability: Share
     parameters: dict[str, Estimate]
     indistinguishable_from: tuple[str, ...] = ()
@@ -106,7 +106,7 @@ class StatedNumber(_Part):
     stated: float
     tolerance: float
     estimate: float
-    ci95: Interval
+    ci95: ConfidenceInterval
 
 
 class BudgetEntry(_Part):
@@ -120,7 +120,7 @@ class BudgetEntry(_Part):
     cause: int | None
     of: Literal["joint_angle", "ground"]
     share: float
-    ci95: Interval | None
+    ci95: ConfidenceInterval | None
     by_joint: tuple[float | None, ...] = ()
     by_run: dict[str, float | None] = {}
 
@@ -158,7 +158,7 @@ class AngleClosure(_Part):
     rms_within_tolerance: float | None = None
     rms_floor: float | None
     closed: float | None
-    ci95: Interval | None = None
+    ci95: ConfidenceInterval | None = None
     reason: str | None = None  # why `closed` is null, or `floor` is
 
 
@@ -180,7 +180,7 @@ class SpeedClosure(_Part):
     rms_measured: float | None = None  # of the speed itself, on the same runs
     floor: float | None
     closed: float | None
-    ci95: Interval | None = None
+    ci95: ConfidenceInterval | None = None
     reason: str | None = None
 
 

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from snakebot.arrays import Floats, Ints
 from snakebot.effects.parameter import Parameter
 from snakebot.errors import BadInputError
 from snakebot.nearest import did_you_mean
+from snakebot.physics.servo_layout import TIME_GRAIN_S
 
 if TYPE_CHECKING:
     from snakebot.effects.ground import Ground
@@ -19,13 +20,10 @@ if TYPE_CHECKING:
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
 
-Vector = npt.NDArray[np.float64]
 Stage = Literal["link", "servo", "sensor", "body"]
 STAGES: tuple[Stage, ...] = ("link", "servo", "sensor", "body")
 Start = dict[str, float | tuple[float, ...]]
-Trace = Literal["mean", "scatter"]
-
-TIME_GRAIN_S = 1e-9  # two times nearer than this are one: the grain of the clocks in logs
+Moment = Literal["mean", "scatter"]
 
 
 class Setting(NamedTuple):
@@ -46,10 +44,10 @@ class Track:
         late_s: (joints,) how much later than ``time_s`` each joint gets it; None: all at once.
     """
 
-    time_s: Vector
-    setpoint_rad: Vector
-    variance_rad2: Vector | None = None
-    late_s: Vector | None = None
+    time_s: Floats
+    setpoint_rad: Floats
+    variance_rad2: Floats | None = None
+    late_s: Floats | None = None
 
     def of_one_clock(self) -> Track:
         """The same with a row for every time at which some joint gets a set-point, so that no joint is late."""
@@ -61,7 +59,7 @@ class Track:
         variance = None if self.variance_rad2 is None else self.variance_rad2[rows, columns]
         return Track(times, self.setpoint_rad[rows, columns], variance)
 
-    def rows_at(self, t_s: Vector, joint: int) -> npt.NDArray[np.int64]:
+    def rows_at(self, t_s: Floats, joint: int) -> Ints:
         """(T,) number of the set-point that is in force for a joint (0-based) from each time on."""
         late = 0.0 if self.late_s is None else self.late_s[joint]
         rows = np.searchsorted(self.time_s + late, t_s + TIME_GRAIN_S, side="right") - 1
@@ -72,8 +70,8 @@ class LinkFilter(Protocol):
     """What becomes of set-points on their way. One object serves one board or one run; it may keep state."""
 
     def online(
-        self, t_s: float, setpoint_rad: Vector, rng: np.random.Generator
-    ) -> tuple[float, Vector] | None:
+        self, t_s: float, setpoint_rad: Floats, rng: np.random.Generator
+    ) -> tuple[float, Floats] | None:
         """When and as what a set-point that arrives at ``t_s`` comes into force; None: never. Not before ``t_s``."""
 
     def batch(self, track: Track) -> Track:
@@ -86,7 +84,7 @@ class ServoFilter(Protocol):
     It stands between the set-points in force and the kernel. One object serves one board or one run.
     """
 
-    def follow(self, t_s: Vector, setpoint_rad: Vector) -> Vector:
+    def follow(self, t_s: Floats, setpoint_rad: Floats) -> Floats:
         """What drives the servos (N, joints) at times (N,) of set-points (N, joints) in force; NaN: servo off.
 
         Times are whole steps of ``stages.FILTER_STEP_S``, and go on where the call before ended: a board asks for some
@@ -97,13 +95,13 @@ class ServoFilter(Protocol):
 class SensorFilter(Protocol):
     """What becomes of joint angles on their way to the reading, before the encoder's counts."""
 
-    def online(self, t_s: float, angle_rad: Vector, rng: np.random.Generator) -> Vector:
+    def online(self, t_s: float, angle_rad: Floats, rng: np.random.Generator) -> Floats:
         """Reading (joints,) of joint angles (joints,) at one time; times do not fall from call to call."""
 
-    def batch(self, t_s: Vector, angle_rad: Vector) -> Vector:
+    def batch(self, t_s: Floats, angle_rad: Floats) -> Floats:
         """Mean reading (T, joints) of joint angles (T, joints)."""
 
-    def variance_rad2(self, t_s: Vector) -> Vector | float:
+    def variance_rad2(self, t_s: Floats) -> Floats | float:
         """Variance (T, joints) about that mean."""
 
 
@@ -141,12 +139,12 @@ class Effect:
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     per_joint: ClassVar[bool] = True
     covers: ClassVar[frozenset[str]] = frozenset()
-    shows_in: ClassVar[frozenset[Trace]] = frozenset({"mean"})
+    shows_in: ClassVar[frozenset[Moment]] = frozenset({"mean"})
     everyday: ClassVar[bool] = False
     is_read_off: ClassVar[bool] = False
     breaks_joint: ClassVar[bool] = False
 
-    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+    def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         """Write into the servo's rows (joints, PARAMETERS) of ``physics.servo_layout``, for the 0-based ``joints``."""
 
     def link_filter(self, spec: EffectSpec, robot: Robot) -> LinkFilter | None:
@@ -266,22 +264,22 @@ def knows_load(robot: Robot) -> bool:
 class Affine:
     """A sensor filter that reads ``gain * angle + offset_rad``, (joints,) each."""
 
-    gain: Vector = field(default_factory=lambda: np.ones(1))
-    offset_rad: Vector = field(default_factory=lambda: np.zeros(1))
+    gain: Floats = field(default_factory=lambda: np.ones(1))
+    offset_rad: Floats = field(default_factory=lambda: np.zeros(1))
 
-    def online(self, t_s: float, angle_rad: Vector, rng: np.random.Generator) -> Vector:
+    def online(self, t_s: float, angle_rad: Floats, rng: np.random.Generator) -> Floats:
         return self.gain * angle_rad + self.offset_rad
 
-    def batch(self, t_s: Vector, angle_rad: Vector) -> Vector:
+    def batch(self, t_s: Floats, angle_rad: Floats) -> Floats:
         return self.gain * angle_rad + self.offset_rad
 
-    def variance_rad2(self, t_s: Vector) -> Vector | float:
+    def variance_rad2(self, t_s: Floats) -> Floats | float:
         return 0.0
 
 
 def on_joints(
     values: float | tuple[float, ...], joints: tuple[int, ...], count: int, neutral: float
-) -> Vector:
+) -> Floats:
     """(count,) array that is ``values`` on ``joints`` and ``neutral`` elsewhere."""
     row = np.full(count, neutral)
     row[list(joints)] = values

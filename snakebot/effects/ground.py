@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
+
+from snakebot.arrays import Floats
 
 if TYPE_CHECKING:
     from snakebot.physics.model import ChainModel
@@ -31,8 +32,8 @@ class Ground:
     slope_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        self.added_mass_kg: npt.NDArray[np.float64] = np.zeros(self.body.links)
-        self.extra_drag_n: npt.NDArray[np.float64] = np.zeros(self.body.links)
+        self.added_mass_kg: Floats = np.zeros(self.body.links)
+        self.extra_drag_n: Floats = np.zeros(self.body.links)
 
     def model(self) -> ChainModel:
         from snakebot.physics.model import ChainModel

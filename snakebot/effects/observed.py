@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.effects.stages import assemble, filled
 from snakebot.robust import MAD_TO_STD
 from snakebot.smoothing import smoothed
@@ -16,21 +16,20 @@ from snakebot.smoothing import smoothed
 if TYPE_CHECKING:
     from snakebot.robot import Robot
 
-Vector = npt.NDArray[np.float64]
 
-_RATE_WINDOW_S = 0.03  # shorter differences see the encoder's counts, not the motion
-_REST_S, _STILL_RAD = 0.2, 0.02  # a joint that is at rest
+_RATE_WINDOW_S = 0.03  # chosen: shorter differences see the encoder's counts, not the motion
+_REST_S, _STILL_RAD = 0.2, 0.02  # a joint is at rest that moved no more, in rad, for so long; chosen
 
 
 class RunLike(Protocol):
     """Any run of the log or of a session folder."""
 
     @property
-    def t_s(self) -> Vector: ...
+    def t_s(self) -> Floats: ...
     @property
-    def command_rad(self) -> Vector: ...
+    def command_rad(self) -> Floats: ...
     @property
-    def measured_rad(self) -> Vector: ...
+    def measured_rad(self) -> Floats: ...
 
 
 class Observed:
@@ -51,17 +50,17 @@ class Observed:
         return float(np.median(np.concatenate([np.diff(run.t_s) for run in self.runs])))
 
     @cached_property
-    def peak_rate_rad_s(self) -> Vector:
+    def peak_rate_rad_s(self) -> Floats:
         """Nearly the fastest that each joint was seen to move."""
         return _pooled(self._rates(), lambda rate: np.nanquantile(np.abs(rate), 0.98))
 
     @cached_property
-    def top_rate_rad_s(self) -> Vector:
+    def top_rate_rad_s(self) -> Floats:
         """As ``peak_rate_rad_s``, but of the fastest few samples: a limit that is reached in one run of many."""
         return _pooled(self._rates(), lambda rate: np.nanquantile(np.abs(rate), 0.998))
 
     @cached_property
-    def amplitude_rad(self) -> Vector:
+    def amplitude_rad(self) -> Floats:
         """Half the range of motion, but for a per cent at each end."""
         return _pooled(
             [r.measured_rad for r in self.runs],
@@ -69,39 +68,32 @@ class Observed:
         )
 
     @cached_property
-    def error_rms_rad(self) -> Vector:
-        """Of measured against commanded angles."""
-        return _pooled(
-            [r.measured_rad - r.command_rad for r in self.runs], lambda e: np.sqrt(np.nanmean(e**2))
-        )
-
-    @cached_property
-    def median_rad(self) -> Vector:
+    def median_rad(self) -> Floats:
         """Median of the measured angles."""
         return _pooled([r.measured_rad for r in self.runs], np.nanmedian)
 
     @cached_property
-    def lag_s(self) -> Vector:
+    def lag_s(self) -> Floats:
         """Delay that best turns the command into the measured angle: first-order estimate, per joint."""
         return self._line[:, 2]
 
     @cached_property
-    def gain(self) -> Vector:
+    def gain(self) -> Floats:
         """Slope of measured angle against command, the lag taken out."""
         return self._line[:, 0]
 
     @cached_property
-    def offset_rad(self) -> Vector:
+    def offset_rad(self) -> Floats:
         """Measured angle at command 0, the lag taken out."""
         return self._line[:, 1]
 
     @cached_property
-    def residual_rms_rad(self) -> Vector:
+    def residual_rms_rad(self) -> Floats:
         """What gain, offset and lag leave of the error."""
         return self._line[:, 3]
 
     @cached_property
-    def scatter_rad(self) -> Vector:
+    def scatter_rad(self) -> Floats:
         """Standard deviation of what changes from sample to sample and back: noise, not motion."""
         return _pooled(
             [np.diff(r.measured_rad, n=3, axis=0) / np.sqrt(20.0) for r in self.runs],
@@ -109,7 +101,7 @@ class Observed:
         )
 
     @cached_property
-    def correlation(self) -> Vector:
+    def correlation(self) -> Floats:
         """(joints, joints): of measured angle i with command j."""
         joints = self.robot.joints
         table = np.zeros((joints, joints))
@@ -122,7 +114,7 @@ class Observed:
         return table
 
     @cached_property
-    def hangs_at_rad(self) -> Vector:
+    def hangs_at_rad(self) -> Floats:
         """Where each joint came to rest while its servo was off: on a bench, straight down."""
         rests: list[list[float]] = [[] for _ in range(self.robot.joints)]
         for run in self.runs:
@@ -136,30 +128,30 @@ class Observed:
         return np.array([np.median(found) if found else np.nan for found in rests])
 
     @cached_property
-    def peak_load_nm(self) -> Vector:
+    def peak_load_nm(self) -> Floats:
         """Nearly the largest torque that each joint bore, from the model, as its motion was without the noise of the
         readings; NaN without a body or an arm.
         """
         return self._load_at(0.98)
 
     @cached_property
-    def top_load_nm(self) -> Vector:
+    def top_load_nm(self) -> Floats:
         """As ``peak_load_nm``, but of the fewest samples: a servo whose torque is limited never bore more than that."""
         return self._load_at(0.995)
 
-    def _load_at(self, share: float) -> Vector:
+    def _load_at(self, share: float) -> Floats:
         if not self._loads:
             return np.full(self.robot.joints, np.nan)
         return _pooled(self._loads, lambda load: np.nanquantile(np.abs(load), share))
 
     @cached_property
-    def _loads(self) -> list[Vector]:
+    def _loads(self) -> list[Floats]:
         """Torques of each run; none without a body or an arm."""
         stages = assemble(self.robot, ())
         loads = [stages.torque_of(run.t_s, smoothed(run.t_s, filled(run.measured_rad))) for run in self.runs]
         return [load for load in loads if load is not None]
 
-    def _rates(self) -> list[Vector]:
+    def _rates(self) -> list[Floats]:
         rates = []
         for run in self.runs:
             reach = max(1, round(_RATE_WINDOW_S / max(float(np.median(np.diff(run.t_s))), 1e-6) / 2))
@@ -168,7 +160,7 @@ class Observed:
         return rates
 
     @cached_property
-    def _line(self) -> Vector:
+    def _line(self) -> Floats:
         """Least squares of measured = gain * command + offset - lag * rate of command, and the rms of the rest."""
         joints = self.robot.joints
         table = np.full((joints, 4), np.nan)
@@ -190,24 +182,24 @@ class Observed:
             table[j] = (*found, rest)
         return table
 
-    def over(self, figure: Vector, joints: tuple[int, ...], otherwise: float) -> float:
+    def over(self, figure: Floats, joints: tuple[int, ...], otherwise: float) -> float:
         """Median of a figure over some joints; ``otherwise`` where the data say nothing."""
         values = figure[list(joints)]
         values = values[np.isfinite(values)]
         return float(np.median(values)) if values.size else otherwise
 
-    def most(self, figure: Vector, joints: tuple[int, ...], otherwise: float) -> float:
+    def most(self, figure: Floats, joints: tuple[int, ...], otherwise: float) -> float:
         """Largest of a figure over some joints; ``otherwise`` where the data say nothing."""
         values = figure[list(joints)]
         return float(np.nanmax(values)) if np.isfinite(values).any() else otherwise
 
 
-def _paired(a: Vector, b: Vector) -> tuple[Vector, Vector]:
+def _paired(a: Floats, b: Floats) -> tuple[Floats, Floats]:
     good = np.isfinite(a) & np.isfinite(b)
     return a[good], b[good]
 
 
-def _pooled(tables: list[Vector], figure: object) -> Vector:
+def _pooled(tables: list[Floats], figure: object) -> Floats:
     """``figure`` of all samples of each joint; NaN for a joint without one."""
     both = np.concatenate(tables)
     return np.array(

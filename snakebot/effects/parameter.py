@@ -57,21 +57,6 @@ class Parameter:
         value = min(max(value, self.lower), self.upper)
         return float(round(value)) if self.integer else value
 
-    def log_prior(self, value: float) -> float:
-        """Logarithm of the prior density per unit of the parameter, normal on its scale; -inf out of bounds.
-
-        The little mass that the bounds cut off is not spread over the rest.
-        """
-        if not self.contains(value):
-            return -math.inf
-        if self.integer:
-            return -math.log(self.upper - self.lower + 1)
-        if self.scale == "log":
-            z, jacobian = math.log(value / self.typical) / self.spread, value
-        else:
-            z, jacobian = (value - self.typical) / self.spread, 1.0
-        return -0.5 * z * z - math.log(self.spread * math.sqrt(2 * math.pi) * jacobian)
-
     def sample(self, rng: np.random.Generator) -> float:
         """A draw from the prior, inside the bounds."""
         if self.integer:

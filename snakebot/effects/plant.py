@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from snakebot.arrays import Bools, Floats
 from snakebot.effects.stages import FILTER_STEP_S, assemble
 from snakebot.errors import BadInputError
 from snakebot.physics import servo_layout as layout
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
 
-Vector = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 JointMode = Literal["active", "free", "rigid"]
 
 
@@ -85,12 +84,12 @@ class Plant:
         )
         self._rows = self._chain.params  # modes are written into it
         late = self.stages.late_s
-        self._late: list[tuple[float, Flags | slice]] = [  # joints that are late alike
+        self._late: list[tuple[float, Bools | slice]] = [  # joints that are late alike
             (float(by_s), slice(None) if (late == by_s).all() else late == by_s) for by_s in np.unique(late)
         ]
         self._servos = self.stages.servo_filters()
         self._step = math.ceil(t_s / FILTER_STEP_S) - 1  # the last one that the servo filters have seen
-        self._coming: deque[tuple[float, Vector, Flags | slice]] = deque()
+        self._coming: deque[tuple[float, Floats, Bools | slice]] = deque()
         self._free = np.zeros(robot.joints, dtype=bool)
         self._hold = np.full(robot.joints, np.nan)
         self._all_follow = True  # no joint is free or held
@@ -120,9 +119,9 @@ class Plant:
         for late_s, joints in self._late:
             self._queue(in_force + late_s, setpoint, joints)
 
-    def _queue(self, in_force_s: float, setpoint_rad: Vector, joints: Flags | slice) -> None:
+    def _queue(self, in_force_s: float, setpoint_rad: Floats, joints: Bools | slice) -> None:
         """What some joints will get, in the order of time; what came first goes first."""
-        later: list[tuple[float, Vector, Flags | slice]] = []
+        later: list[tuple[float, Floats, Bools | slice]] = []
         while self._coming and self._coming[-1][0] > in_force_s:
             later.append(self._coming.pop())
         self._coming.append((in_force_s, setpoint_rad, joints))
@@ -185,13 +184,13 @@ class Plant:
             out = self._chain.go_to(t_s, since_s=since)
         self._torque_nm, self._power_w = out.torque[0], out.power[0]
 
-    def _followed(self, t_s: float, times: Vector, table: Vector) -> tuple[Vector, Vector]:
+    def _followed(self, t_s: float, times: Floats, table: Floats) -> tuple[Floats, Floats]:
         """Steps of the servo filters before ``t_s`` and what drives the servos; at ``t_s`` a set-point may still come.
 
         ``table``: the set-points before the first of ``times`` (N,), and those from each of them on: (N + 1, joints).
         """
         last = math.ceil(t_s / FILTER_STEP_S - 1e-9) - 1
-        steps: Vector = FILTER_STEP_S * np.arange(self._step + 1, last + 1, dtype=np.float64)
+        steps: Floats = FILTER_STEP_S * np.arange(self._step + 1, last + 1, dtype=np.float64)
         self._step = max(self._step, last)
         if not steps.size:
             return steps, table[:0]
@@ -200,7 +199,7 @@ class Plant:
             driven = servo_filter.follow(steps, driven)
         return steps, driven
 
-    def _driven(self, setpoint: Vector) -> Vector:
+    def _driven(self, setpoint: Floats) -> Floats:
         """What the servos are given for a set-point, joint modes obeyed."""
         if self._all_follow:
             return setpoint.copy()
@@ -208,17 +207,17 @@ class Plant:
         return np.where(self._free, np.nan, held)
 
     @property
-    def applied_rad(self) -> Vector:
+    def applied_rad(self) -> Floats:
         """(joints,) set-point in force behind the link's effects; NaN: servo off."""
         return self._driven(self._applied)
 
     @property
-    def joint_angle_rad(self) -> Vector:
+    def joint_angle_rad(self) -> Floats:
         """(joints,) true joint angles."""
         return self._chain.angle_rad.copy()
 
     @property
-    def joint_torque_nm(self) -> Vector:
+    def joint_torque_nm(self) -> Floats:
         """(joints,) torques of the body's joints, mean over the last ``advance``; zeros on a bench."""
         return self._torque_nm.copy()
 
@@ -229,7 +228,7 @@ class Plant:
 
     def encoder_counts(self) -> list[int]:
         """Reading of each encoder, now; noise differs from call to call."""
-        reading: Vector = self._chain.angle_rad
+        reading: Floats = self._chain.angle_rad
         if self._sensors:
             reading = reading.copy()
             for sensor in self._sensors:
@@ -237,7 +236,7 @@ class Plant:
         rad_per_count = self.robot.rad_per_count
         return [round(angle / rad_per_count) for angle in reading.tolist()]
 
-    def encoder_rad(self) -> Vector:
+    def encoder_rad(self) -> Floats:
         """(joints,) reading of the encoders as angles, in whole counts."""
         return np.array(self.encoder_counts()) * self.robot.rad_per_count
 

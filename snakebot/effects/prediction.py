@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from snakebot.arrays import Bools, Floats
 from snakebot.effects.effect import Track
 from snakebot.effects.servo_stage import GRID_S, ServoRun, Servos, servo_stages, setpoint_at
 from snakebot.effects.stages import Stages, assemble, filled
@@ -20,23 +21,20 @@ if TYPE_CHECKING:
     from snakebot.physics import Trajectory
     from snakebot.robot import Robot
 
-Vector = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
-
 
 @dataclass(frozen=True, eq=False)
 class BodyMotion:
     """What the body stage makes of joint angles: centre of mass (T, 2), mean link angle (T,), and velocity (T, 2)."""
 
-    t_s: Vector
-    com_m: Vector
-    heading_rad: Vector
-    velocity_m_s: Vector
+    t_s: Floats
+    com_m: Floats
+    heading_rad: Floats
+    velocity_m_s: Floats
 
     @property
-    def speed_m_s(self) -> Vector:
+    def speed_m_s(self) -> Floats:
         """(T,) along the heading."""
-        speed: Vector = self.velocity_m_s[:, 0] * np.cos(self.heading_rad) + self.velocity_m_s[:, 1] * np.sin(
+        speed: Floats = self.velocity_m_s[:, 0] * np.cos(self.heading_rad) + self.velocity_m_s[:, 1] * np.sin(
             self.heading_rad
         )
         return speed
@@ -69,13 +67,13 @@ class PredictedRun:
         motion: over ground; None on a bench or where not asked for.
     """
 
-    t_s: Vector
-    applied_rad: Vector
-    joint_angle_rad: Vector
-    encoder_rad: Vector
-    variance_rad2: Vector
-    load_nm: Vector
-    powered: Flags
+    t_s: Floats
+    applied_rad: Floats
+    joint_angle_rad: Floats
+    encoder_rad: Floats
+    variance_rad2: Floats
+    load_nm: Floats
+    powered: Bools
     motion: BodyMotion | None
 
 
@@ -127,7 +125,7 @@ def predict(
     else:
         track = Track(t, _table(applied_rad, t, stages.robot, "applied_rad"))
     known = None if measured is None else stages.true_angle(t, measured)
-    base: Vector | None = None
+    base: Floats | None = None
     if joint_angle_rad is None:
         load = None if load_nm is None else _table(load_nm, t, stages.robot, "load_nm")
         made = joint_run(stages, ServoRun(t, track, initial_rad, known, load, pose))
@@ -148,7 +146,7 @@ def predict(
     return PredictedRun(t, setpoint_at(track, t), angle, reading, variance, load_felt, powered, motion)
 
 
-def setpoint_variance_rad2(stages: Stages, track: Track, t_s: Vector) -> Vector:
+def setpoint_variance_rad2(stages: Stages, track: Track, t_s: Floats) -> Floats:
     """Upper bound (T, joints) on the variance of joint angles when chance decides on the set-points (``track``).
 
     The standard deviation behind a linear filter is at most the filtered standard deviation (Minkowski); what is
@@ -171,7 +169,7 @@ def setpoint_variance_rad2(stages: Stages, track: Track, t_s: Vector) -> Vector:
     assert track.variance_rad2 is not None
     deviation = np.sqrt(np.nan_to_num(track.variance_rad2))
     servos = DrivenChain(rows, np.zeros(stages.robot.joints), t_s=float(t_s[0]), grid_s=GRID_S)
-    found: Vector = servos.run(t_s, track.time_s, deviation).angle ** 2
+    found: Floats = servos.run(t_s, track.time_s, deviation).angle ** 2
     return found
 
 
@@ -180,10 +178,10 @@ class JointRun:
     """What the joints of a robot do and show in a run: the servo stage, and mean readings (T, joints)."""
 
     servos: Servos
-    reading_rad: Vector
+    reading_rad: Floats
 
     @property
-    def angle_rad(self) -> Vector:
+    def angle_rad(self) -> Floats:
         """(T, joints) joint angles."""
         return self.servos.joint_angle_rad
 
@@ -239,11 +237,11 @@ def replay_stage(
     return replay(stages.model, t_s, angle, x_m=x, y_m=y, heading_rad=heading, **step)
 
 
-def _motion(t_s: Vector, base: Vector) -> BodyMotion:
+def _motion(t_s: Floats, base: Floats) -> BodyMotion:
     return BodyMotion(t_s, base[:, 0:2], base[:, 2], base[:, 3:5])
 
 
-def _table(given: npt.ArrayLike, t_s: Vector, robot: Robot, name: str) -> Vector:
+def _table(given: npt.ArrayLike, t_s: Floats, robot: Robot, name: str) -> Floats:
     table = np.asarray(given, dtype=np.float64)
     if table.shape != (t_s.size, robot.joints):
         raise BadInputError(

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from snakebot.arrays import Bools, Floats, Ints
 from snakebot.effects.effect import Track
 from snakebot.effects.stages import FILTER_STEP_S, Stages
 from snakebot.physics import servo_layout as layout
 
-Vector = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
-
-GRID_S = 2e-3  # of chains and of what the servo's closed forms do not cover
+GRID_S = 2e-3  # step of chains and of what the servo's closed forms do not cover; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +31,11 @@ class ServoRun:
         pose: x, y, heading of the body at the first sample.
     """
 
-    t_s: Vector
+    t_s: Floats
     track: Track
     initial_rad: npt.ArrayLike | None = None
-    known_rad: Vector | None = None
-    load_nm: Vector | None = None
+    known_rad: Floats | None = None
+    load_nm: Floats | None = None
     pose: npt.ArrayLike = (0.0, 0.0, 0.0)
 
 
@@ -53,18 +51,18 @@ class Servos:
         torque_nm, power_in_w: (T, joints), (T,) of the body, means since the sample before, where it was simulated.
     """
 
-    joint_angle_rad: Vector
-    load_nm: Vector
-    powered: Flags
-    base: Vector | None = None
-    torque_nm: Vector | None = None
-    power_in_w: Vector | None = None
+    joint_angle_rad: Floats
+    load_nm: Floats
+    powered: Bools
+    base: Floats | None = None
+    torque_nm: Floats | None = None
+    power_in_w: Floats | None = None
 
 
-def setpoint_at(track: Track, t_s: Vector) -> Vector:
+def setpoint_at(track: Track, t_s: Floats) -> Floats:
     """(T, joints) set-points in force from each time on; before the first one: the first one."""
     if track.late_s is None:
-        found: Vector = track.setpoint_rad.take(track.rows_at(t_s, 0), axis=0)
+        found: Floats = track.setpoint_rad.take(track.rows_at(t_s, 0), axis=0)
         return found
     return np.stack([track.setpoint_rad[track.rows_at(t_s, j), j] for j in range(track.late_s.size)], axis=1)
 
@@ -100,9 +98,9 @@ class _Driven:
 
     run: ServoRun
     track: Track
-    powered: Flags
-    start_rad: Vector
-    known_rad: Vector | None
+    powered: Bools
+    start_rad: Floats
+    known_rad: Floats | None
     coupled: bool
 
     @staticmethod
@@ -144,9 +142,7 @@ def _on_a_body(stages: Stages, driven: _Driven) -> Servos:
     return Servos(out.angle, out.load, driven.powered, out.base, out.torque, out.power[:, 0])
 
 
-def _apart(
-    stages: Stages, driven: Sequence[_Driven], joints: npt.NDArray[np.int64]
-) -> list[tuple[_Driven, Servos]]:
+def _apart(stages: Stages, driven: Sequence[_Driven], joints: Ints) -> list[tuple[_Driven, Servos]]:
     from snakebot.physics.servos_apart import run_apart
 
     loads = [each.run.load_nm for each in driven]
@@ -165,7 +161,7 @@ def _apart(
     return [(each, Servos(a, f, each.powered)) for each, a, f in zip(driven, angle, felt, strict=True)]
 
 
-def followed(stages: Stages, track: Track, t_s: Vector) -> Track:
+def followed(stages: Stages, track: Track, t_s: Floats) -> Track:
     """Set-points behind the servo filters; as they are where there is none."""
     filters = stages.servo_filters()
     if not filters:
@@ -178,11 +174,11 @@ def followed(stages: Stages, track: Track, t_s: Vector) -> Track:
     return Track(times, driven)
 
 
-def _start(stages: Stages, track: Track, run: ServoRun) -> Vector:
+def _start(stages: Stages, track: Track, run: ServoRun) -> Floats:
     """(joints,) joint angles at the first sample."""
     rows = stages.servo_rows
     if run.initial_rad is not None:
-        start: Vector = np.broadcast_to(np.asarray(run.initial_rad, dtype=np.float64), rows.shape[:1])
+        start: Floats = np.broadcast_to(np.asarray(run.initial_rad, dtype=np.float64), rows.shape[:1])
     elif run.known_rad is not None and np.isfinite(run.known_rad[0]).all():
         start = run.known_rad[0]
     else:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import LinkFilter, SensorFilter, ServoFilter, Track
 from snakebot.effects.ground import Ground
 from snakebot.effects.registry import effects
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from snakebot.physics.model import ChainModel
     from snakebot.robot import Robot
 
-Vector = npt.NDArray[np.float64]
 
 FILTER_STEP_S = 2e-3  # of servo filters, counted from time zero; chosen: as the grid of predictions
 _UNIT_ARM_M = 0.15  # length of an arm that weighs 1 N m; only inertia depends on it. Chosen, a bench arm's
@@ -55,7 +55,7 @@ class Stages:
         self.specs = specs
 
     @cached_property
-    def servo_rows(self) -> Vector:
+    def servo_rows(self) -> Floats:
         """(joints, PARAMETERS) of ``physics.servo_layout``, all servo effects in it."""
         robot = self.robot
         rows = layout.nominal_parameters(robot.joints, robot.servo.time_constant_s)
@@ -98,7 +98,7 @@ class Stages:
         return [f for s in self.specs if (f := s.effect.link_filter(s, self.robot)) is not None]
 
     @cached_property
-    def late_s(self) -> Vector:
+    def late_s(self) -> Floats:
         """(joints,) how much later than the others each joint gets its set-points."""
         late = np.zeros(self.robot.joints)
         for spec in self.specs:
@@ -120,15 +120,15 @@ class Stages:
             track = link_filter.batch(track)
         return replace(track, late_s=self.late_s) if self.late_s.any() else track
 
-    def reading(self, t_s: npt.ArrayLike, joint_angle_rad: npt.ArrayLike) -> Vector:
+    def reading(self, t_s: npt.ArrayLike, joint_angle_rad: npt.ArrayLike) -> Floats:
         """Mean reading (T, joints) of joint angles (T, joints), before it is rounded to counts."""
         t = np.asarray(t_s, dtype=np.float64)
-        reading: Vector = np.asarray(joint_angle_rad, dtype=np.float64)
+        reading: Floats = np.asarray(joint_angle_rad, dtype=np.float64)
         for sensor_filter in self.sensor_filters():
             reading = sensor_filter.batch(t, reading)
         return reading
 
-    def reading_variance_rad2(self, t_s: npt.ArrayLike, shape: tuple[int, ...]) -> Vector:
+    def reading_variance_rad2(self, t_s: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
         """Variance (T, joints) of readings about their mean, with that of the counts."""
         t = np.asarray(t_s, dtype=np.float64)
         variance = np.full(shape, self.robot.rad_per_count**2 / 12)
@@ -136,21 +136,21 @@ class Stages:
             variance = variance + sensor_filter.variance_rad2(t)
         return variance
 
-    def in_counts(self, reading_rad: Vector) -> Vector:
+    def in_counts(self, reading_rad: Floats) -> Floats:
         """Readings rounded to the encoder's counts."""
         step = self.robot.rad_per_count
-        rounded: Vector = np.round(reading_rad / step) * step
+        rounded: Floats = np.round(reading_rad / step) * step
         return rounded
 
-    def true_angle(self, t_s: npt.ArrayLike, encoder_rad: npt.ArrayLike) -> Vector:
+    def true_angle(self, t_s: npt.ArrayLike, encoder_rad: npt.ArrayLike) -> Floats:
         """Joint angles that would give these readings: the sensor stage undone, as far as it is affine."""
         t, reading = np.asarray(t_s, dtype=np.float64), np.asarray(encoder_rad, dtype=np.float64)
         zero = self.reading(t, np.zeros_like(reading))
         one = self.reading(t, np.ones_like(reading))
-        angle: Vector = (reading - zero) / (one - zero)
+        angle: Floats = (reading - zero) / (one - zero)
         return angle
 
-    def torque_of(self, t_s: npt.ArrayLike, joint_angle_rad: npt.ArrayLike) -> Vector | None:
+    def torque_of(self, t_s: npt.ArrayLike, joint_angle_rad: npt.ArrayLike) -> Floats | None:
         """Joint torques (T, joints) of a motion; None where neither body nor arm is known."""
         t, angle = np.asarray(t_s, dtype=np.float64), filled(np.asarray(joint_angle_rad, dtype=np.float64))
         if self.model is not None:
@@ -162,7 +162,7 @@ class Stages:
             return None
         rate = np.gradient(angle, t, axis=0)
         gravity = rows[:, layout.ARM_GRAVITY_NM] * np.sin(angle - rows[:, layout.ARM_DOWN_RAD])
-        torque: Vector = gravity + rows[:, layout.ARM_INERTIA_KG_M2] * np.gradient(rate, t, axis=0)
+        torque: Floats = gravity + rows[:, layout.ARM_INERTIA_KG_M2] * np.gradient(rate, t, axis=0)
         return torque
 
 
@@ -226,7 +226,7 @@ def with_unit_arm(robot: Robot, hangs_at_rad: float) -> Robot:
     return robot.model_copy(update={"servo": robot.servo.model_copy(update={"arm": arm})})
 
 
-def filled(table: Vector) -> Vector:
+def filled(table: Floats) -> Floats:
     """(T, joints) with NaN bridged by straight lines, held at the ends; a column without a number becomes 0."""
     if np.isfinite(table).all():
         return table

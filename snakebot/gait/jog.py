@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.gait.blend import blend
 from snakebot.gait.motion import Motion
@@ -66,7 +66,7 @@ class JogMotion(Motion):
             angles[joint] += by_rad * blend((t_s - at_s) / STEP_S)
         return angles
 
-    def sampled(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    def sampled(self, t_s: Floats) -> Floats:
         if self._steps:
             return super().sampled(t_s)
         return np.tile(np.array(self._start_rad), (len(t_s), 1))

@@ -23,9 +23,9 @@ MIN_INTERVAL_S = 0.0005  # 0.5 ms (PROTOCOL.md, limits)
 MAX_GAP = 4  # set-points that a loss may be bridged over (PROTOCOL.md, limits)
 _ENOUGH_S = 3600.0  # of a wave: what comes after repeats it
 _PIECE_S = 400.0  # checked at once: memory stays small
-_CHECK_STEP_S = 0.002  # samples of the check before the run; finer than any tick
+CHECK_STEP_S = 0.002  # samples of the check before the run; finer than any tick
 # Nyquist frequency of those samples: a faster wave looks like a slow one.
-_FASTEST_RAD_S = math.pi / _CHECK_STEP_S
+_FASTEST_RAD_S = math.pi / CHECK_STEP_S
 
 
 def check_motion(motion: Motion, robot: Robot, t_from_s: float = 0.0) -> None:
@@ -65,12 +65,12 @@ def _pieces(begin_s: float, end_s: float) -> Iterator[tuple[float, float]]:
 
 
 def _check_stretch(motion: Motion, robot: Robot, begin_s: float, end_s: float) -> None:
-    steps = max(math.ceil((end_s - begin_s) / _CHECK_STEP_S), 1)
-    t = begin_s + _CHECK_STEP_S * np.arange(-2, steps + 3, dtype=np.float64)
+    steps = max(math.ceil((end_s - begin_s) / CHECK_STEP_S), 1)
+    t = begin_s + CHECK_STEP_S * np.arange(-2, steps + 3, dtype=np.float64)
     with np.errstate(over="ignore", invalid="ignore"):  # what becomes of it is looked at below
         angles = motion.sampled(t)
-        speed = np.diff(angles, axis=0) / _CHECK_STEP_S
-        acceleration = np.diff(speed, axis=0) / _CHECK_STEP_S
+        speed = np.diff(angles, axis=0) / CHECK_STEP_S
+        acceleration = np.diff(speed, axis=0) / CHECK_STEP_S
     checks = (
         ("angle", "deg", np.degrees(angles), np.degrees(robot.angle_limit_rad)),
         ("speed", "rad/s", speed, np.asarray(robot.speed_limit_rad_s)),

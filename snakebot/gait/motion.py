@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.gait.blend import blend, blend_integral, blend_integrals, blends
 from snakebot.gait.offset_track import OffsetTrack
@@ -48,7 +48,7 @@ class Motion(ABC):
     def ended(self, t_s: float) -> Motion:
         """The same motion up to ``t_s``, then brought to rest smoothly: how a run is cut short."""
 
-    def sampled(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    def sampled(self, t_s: Floats) -> Floats:
         """Set-points of shape (T, joints)."""
         return np.array([self.angles(t) for t in t_s]).reshape(len(t_s), self.joints)
 
@@ -205,7 +205,7 @@ class GaitMotion(Motion):
             wave = [a + fall * (w - a) for a, w in zip(self.end_rad, wave, strict=True)]
         return wave
 
-    def sampled(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    def sampled(self, t_s: Floats) -> Floats:
         """As ``angles`` at each time. All at once: the limits of a long run are checked while the robot moves."""
         t = np.clip(t_s, 0.0, self.duration_s)
         starts = [change.start_s for change in self._changes]
@@ -225,9 +225,7 @@ class GaitMotion(Motion):
         return wave
 
 
-def _blended_wave(
-    since_s: NDArray[np.float64], change: _Change, old: Gait, gradual: bool, joints: int
-) -> NDArray[np.float64]:
+def _blended_wave(since_s: Floats, change: _Change, old: Gait, gradual: bool, joints: int) -> Floats:
     """Set-points (T, joints) of a wave at times since a change; ``gradual``: from the old gait, else at once."""
     new = change.gait
     if not gradual or change.blend_s <= 0:
@@ -238,7 +236,7 @@ def _blended_wave(
     phase = change.phase_rad + old.omega_rad_s * since_s
     phase = phase + (new.omega_rad_s - old.omega_rad_s) * change.blend_s * blend_integrals(s)
 
-    def mixed(name: str) -> NDArray[np.float64]:
+    def mixed(name: str) -> Floats:
         before, after = getattr(old, name), getattr(new, name)
         return np.asarray(before + share * (after - before))[:, None]
 
@@ -255,8 +253,8 @@ class SampledMotion(Motion):
 
     def __init__(
         self,
-        t_s: NDArray[np.float64],
-        angles_rad: NDArray[np.float64],
+        t_s: Floats,
+        angles_rad: Floats,
         ramp_s: float,
         start_rad: Sequence[float] | None = None,
     ) -> None:
@@ -300,10 +298,10 @@ class SampledMotion(Motion):
         angles: list[float] = wave.tolist()
         return angles
 
-    def sampled(self, t_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    def sampled(self, t_s: Floats) -> Floats:
         t = np.clip(t_s, 0.0, self.duration_s)
         inner = t - self.ramp_s
-        wave: NDArray[np.float64] = self._path(np.clip(inner, 0.0, self._t[-1]))
+        wave: Floats = self._path(np.clip(inner, 0.0, self._t[-1]))
         first, last = inner < 0, inner > self._t[-1]
         wave[first] = self._start + blends(t[first] / self.ramp_s)[:, None] * (wave[first] - self._start)
         wave[last] *= blends((self.duration_s - t[last]) / self.ramp_s)[:, None]

@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 
 
@@ -110,7 +111,7 @@ class Gait:
         """Seconds a cycle; infinite at omega = 0."""
         return 2 * math.pi / self.omega_rad_s if self.omega_rad_s > 0 else math.inf
 
-    def angles(self, t_s: ArrayLike, joints: int) -> NDArray[np.float64]:
+    def angles(self, t_s: ArrayLike, joints: int) -> Floats:
         """Joint angles in rad, shape (T, joints), at the times ``t_s`` of shape (T,)."""
         t = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
         phase = self.omega_rad_s * t[:, None] + self.beta_rad * np.arange(joints)

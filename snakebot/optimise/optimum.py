@@ -15,8 +15,8 @@ from snakebot.effects import EffectSpec, robot_effects
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.optimise.goal import Goal
-from snakebot.optimise.outcomes import Progress, Simulator
-from snakebot.optimise.promise import Options, Promise, drawn, promise_of, promises, row_of
+from snakebot.optimise.outcomes import GaitsCallback, GaitSimulator
+from snakebot.optimise.promise import OptimiseOptions, Promise, drawn, promise_of, promises, row_of
 from snakebot.optimise.search import Search
 from snakebot.optimise.shape import shaped
 from snakebot.studies.pareto import front_of
@@ -72,10 +72,10 @@ class Optimum:
 def optimise(
     robot: Robot,
     goal: Goal,
-    options: Options | None = None,
+    options: OptimiseOptions | None = None,
     *,
     beside: Mapping[str, Gait] | None = None,
-    progress: Progress | None = None,
+    progress: GaitsCallback | None = None,
     workers: Workers | None = None,
 ) -> Optimum:
     """The best gait for a goal.
@@ -89,7 +89,7 @@ def optimise(
     Raises:
         BadInputError: the robot has no body, its limits leave no gait, or none reaches the goal.
     """
-    options = options or Options()
+    options = options or OptimiseOptions()
     if options.torque_nm is not None and not options.torque_nm > 0:
         raise BadInputError(f"--torque {options.torque_nm:g}: a torque is above zero")
     space, simulator = options.space(robot), options.simulator(robot, None, progress, workers)
@@ -156,7 +156,7 @@ def _nothing(search: Search, robot: Robot) -> str:
     )
 
 
-def _robust(search: Search, some: Simulator, best: Floats) -> Floats:
+def _robust(search: Search, some: GaitSimulator, best: Floats) -> Floats:
     """The gait with the best worst case over some robots: from the best ones of the point estimate on."""
     gaits, outcomes = search.all_seen()
     scores = search.scores(outcomes)
@@ -171,7 +171,11 @@ def _robust(search: Search, some: Simulator, best: Floats) -> Floats:
 
 
 def _nominal(
-    robot: Robot, goal: Goal, options: Options, progress: Progress | None, workers: Workers | None
+    robot: Robot,
+    goal: Goal,
+    options: OptimiseOptions,
+    progress: GaitsCallback | None,
+    workers: Workers | None,
 ) -> tuple[Floats | None, int]:
     """What the choice would be if the robot had no effects but broken joints; None where nothing would do."""
     plain = robot.model_copy(update={"effects": ()})
@@ -182,7 +186,7 @@ def _nominal(
         return None, simulator.simulated
 
 
-def _front(search: Search, simulator: Simulator) -> tuple[Promise, ...]:
+def _front(search: Search, simulator: GaitSimulator) -> tuple[Promise, ...]:
     """A few gaits of the front of all that was seen, even in speed, simulated at length."""
     gaits, outcomes = search.all_seen()
     fits = np.flatnonzero(outcomes.torque_use[0] <= search.space.torque_most)

@@ -36,7 +36,7 @@ QUICK_STEPS = 160
 PIECE, SWEPT_PIECE = 8, 128  # gaits handed to a worker at once: a tenth of a second's work or more; chosen
 
 TorqueNm = float | tuple[float, ...] | None
-Progress = Callable[[int], None]  # gaits simulated since the last call
+GaitsCallback = Callable[[int], None]  # gaits simulated since the last call
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ def joined(parts: Sequence[Outcomes]) -> Outcomes:
     return Outcomes(*tables, weight_n=parts[0].weight_n)
 
 
-class Simulator:
+class GaitSimulator:
     """One or several robots, each with its effects, asked what gaits make of them.
 
     Args:
@@ -99,7 +99,7 @@ class Simulator:
         *,
         torque_nm: TorqueNm = None,
         threads: int | None = None,
-        progress: Progress | None = None,
+        progress: GaitsCallback | None = None,
         workers: Workers | None = None,
     ) -> None:
         self._robots = [(robot, tuple(specs)) for robot, specs in robots]
@@ -212,7 +212,7 @@ def piece(
     robot: Robot, specs: Iterable[EffectSpec], torque_nm: TorqueNm, gaits: Floats, thorough: bool
 ) -> Outcomes:
     """Some gaits of one robot, on one core: what a worker of a cluster is asked."""
-    return Simulator([(robot, specs)], torque_nm=torque_nm, threads=1)(gaits, thorough=thorough)
+    return GaitSimulator([(robot, specs)], torque_nm=torque_nm, threads=1)(gaits, thorough=thorough)
 
 
 def commands(gait: Floats, joints: int, cycles: int) -> tuple[Floats, Floats, float]:

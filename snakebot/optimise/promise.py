@@ -13,7 +13,7 @@ from snakebot.arrays import Floats
 from snakebot.cluster import Workers
 from snakebot.effects import EffectSpec
 from snakebot.gait import Gait
-from snakebot.optimise.outcomes import Outcomes, Progress, Simulator, TorqueNm
+from snakebot.optimise.outcomes import GaitsCallback, GaitSimulator, Outcomes, TorqueNm
 from snakebot.optimise.posterior import draws, interval
 from snakebot.optimise.reach import Beyond, Reach, beyond, no_more
 from snakebot.optimise.search import GRID
@@ -27,7 +27,7 @@ DRAWS = 40  # robots behind an interval; chosen
 
 
 @dataclass(frozen=True)
-class Options:
+class OptimiseOptions:
     """How to choose.
 
     Attributes:
@@ -80,12 +80,12 @@ class Options:
         self,
         robot: Robot,
         robots: Sequence[tuple[Robot, tuple[EffectSpec, ...]]] | None = None,
-        progress: Progress | None = None,
+        progress: GaitsCallback | None = None,
         workers: Workers | None = None,
-    ) -> Simulator:
+    ) -> GaitSimulator:
         """Of the robot, broken as asked for; or of ``robots`` that it may be."""
         asked = [(robot, self.faults)] if robots is None else robots
-        return Simulator(asked, torque_nm=self.torque(robot), progress=progress, workers=workers)
+        return GaitSimulator(asked, torque_nm=self.torque(robot), progress=progress, workers=workers)
 
     def _reach(self, robot: Robot) -> Reach:
         return Reach.of(robot, self.within, self.margin)
@@ -128,8 +128,8 @@ class Promise:
 def promises(
     robot: Robot,
     gaits: Sequence[tuple[str, Floats]],
-    options: Options,
-    progress: Progress | None = None,
+    options: OptimiseOptions,
+    progress: GaitsCallback | None = None,
     workers: Workers | None = None,
 ) -> list[Promise]:
     """What the simulation says of gaits, each with what it is called, with intervals.
@@ -154,7 +154,7 @@ def promises(
 
 
 def _against_recordings(
-    robot: Robot, told: list[Promise], gaits: Floats, options: Options, workers: Workers | None
+    robot: Robot, told: list[Promise], gaits: Floats, options: OptimiseOptions, workers: Workers | None
 ) -> list[Promise]:
     """The promises, with what they ask for beyond the recordings, and what is left without."""
     if robot.recorded is None:
@@ -168,7 +168,7 @@ def _against_recordings(
     return [replace(one, beyond=rows[i], speed_no_more_m_s=left.get(i)) for i, one in enumerate(told)]
 
 
-def drawn(robot: Robot, options: Options) -> list[tuple[Robot, tuple[EffectSpec, ...]]]:
+def drawn(robot: Robot, options: OptimiseOptions) -> list[tuple[Robot, tuple[EffectSpec, ...]]]:
     """Robots as the description may mean, broken as asked for."""
     made = draws(robot, options.draws, options.seed)
     return [(one, (*own, *options.faults)) for one, own in made]

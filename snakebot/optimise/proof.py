@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from snakebot.optimise.goal import Goal
-from snakebot.optimise.promise import Options, Promise, promises
+from snakebot.optimise.promise import OptimiseOptions, Promise, promises
 
 if TYPE_CHECKING:
     from snakebot.gait import Gait
@@ -108,7 +108,7 @@ def prove(
     return Proof(first, second, others, gain, span, (held, len(promised)))
 
 
-def neighbours(robot: Robot, found: Promise, options: Options) -> list[Promise]:
+def neighbours(robot: Robot, found: Promise, options: OptimiseOptions) -> list[Promise]:
     """Gaits a little off the choice, with what is promised of them."""
     space = options.space(robot)
     centre = found.row

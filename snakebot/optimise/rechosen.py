@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from snakebot.optimise.goal import Goal
 from snakebot.optimise.optimum import optimise
-from snakebot.optimise.promise import Options, Promise, promises, row_of
+from snakebot.optimise.promise import OptimiseOptions, Promise, promises, row_of
 
 if TYPE_CHECKING:
     from snakebot.gait import Gait
@@ -71,7 +71,7 @@ def rechosen(
     rows = []
     for omega in omegas_rad_s:
         gait = paper_gait(omega)
-        options = Options(within={"omega": (omega, omega)}, margin=0.0, draws=0, grid=grid)
+        options = OptimiseOptions(within={"omega": (omega, omega)}, margin=0.0, draws=0, grid=grid)
         known = optimise(explained, Goal("speed"), options, beside={_PAPER: gait})
         others = {row.what: row for row in known.others}
         (ideal,) = promises(robot, [(_PAPER, row_of(gait))], options)

@@ -7,7 +7,7 @@ wants. Either begins at the best gait with equal amplitudes, and is never worse 
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 
@@ -15,9 +15,8 @@ from snakebot.arrays import Floats
 from snakebot.optimise.search import GRID, Search
 
 Amplitudes = Literal["equal", "taper", "each"]
-AMPLITUDES: tuple[Amplitudes, ...] = get_args(Amplitudes)
 LEAST = 0.1  # share of alpha that a joint keeps; chosen
-FIRST, SHORTEST = 0.2, 0.025  # steps in a share; chosen
+FIRST, SHORTEST_SHARE = 0.2, 0.025  # steps in a share; chosen
 ROUNDS = 3  # of shares, then alpha, beta and omega; chosen
 LEAST_BETTER = 1e-3  # share of a score by which a round must improve it to be followed by another; chosen
 
@@ -55,7 +54,7 @@ def _uphill(search: Search, gait: Floats, kind: Amplitudes) -> Floats:
     """The best shares at this gait; where the goal is a speed, with the omega that brings it."""
     rows, scores = search.tried(gait[None, :], thorough=False)
     best, score, step = rows[0], scores[0], FIRST
-    while step >= SHORTEST:
+    while step >= SHORTEST_SHARE:
         around = np.array(_around(best, step, kind))
         rows, scores = search.tried(search.space.nearest(around), thorough=False)
         if scores.max() > score:

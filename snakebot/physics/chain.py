@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from snakebot.arrays import Floats
+from snakebot.arrays import Floats, Ints
 from snakebot.errors import BadInputError
 from snakebot.physics import kernel, rosenbrock
 from snakebot.physics.compiled import jit
@@ -34,7 +33,7 @@ class Drive:
         torque_nm: on TORQUE joints, constant over the step.
     """
 
-    kind: npt.NDArray[np.int64]
+    kind: Ints
     angle_rad: Floats
     rate_rad_s: Floats
     torque_nm: Floats
@@ -142,12 +141,6 @@ class Chain:
     def link_velocities_m_s(self) -> Floats:
         """Velocities of the links' centres, (links, 2)."""
         return self._link_rows(kernel.VX, kernel.VY)
-
-    def link_angles_rad(self) -> Floats:
-        """Absolute angles of the links, (links,)."""
-        first = kernel.first_angle(self.heading_rad, self.joint_angle_rad, self.model.links)
-        angles: Floats = first + np.concatenate(([0.0], np.cumsum(self.joint_angle_rad)))
-        return angles
 
     def energy_j(self) -> float:
         """Kinetic energy and, on a slope, the potential energy of the centre of mass."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from snakebot.arrays import Floats
+from snakebot.arrays import Floats, Ints
 from snakebot.errors import BadInputError
 from snakebot.physics.gait_loop import MEASURES, run_blocks
 from snakebot.physics.kernel import FREE, PRESCRIBED, TORQUE
@@ -169,7 +169,7 @@ def gait_trajectory(
     )  # fmt: skip
 
 
-_Setup = tuple[Floats, float, Floats, npt.NDArray[np.int64], Floats, Floats, int, int]
+_Setup = tuple[Floats, float, Floats, Ints, Floats, Floats, int, int]
 
 
 def _setup(
@@ -223,7 +223,7 @@ def default_steps_per_cycle(model: ChainModel, *, all_prescribed: bool = True) -
 
 def joint_kinds(
     joints: int, free_joints: Iterable[int], rigid_joints: Iterable[int] | Mapping[int, float]
-) -> tuple[npt.NDArray[np.int64], Floats]:
+) -> tuple[Ints, Floats]:
     """Kind of each joint and the angle it is stuck at (NaN: it follows the gait)."""
     kind = np.full(joints, PRESCRIBED, dtype=np.int64)
     stuck = np.full(joints, np.nan)

@@ -13,21 +13,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.physics import rosenbrock
 from snakebot.physics import servo_layout as layout
 from snakebot.physics.compiled import jit
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2
 from snakebot.physics.servo import is_free, servo_step
-from snakebot.physics.servo_grip import GRIP_COLUMNS, SCRATCH_ROWS, SMOOTHING_S, follow, grips_of
-from snakebot.physics.servo_layout import OUTPUT, Rows, state_at_rest
+from snakebot.physics.servo_grip import GRIP_COLUMNS, GRIP_SCRATCH_ROWS, SMOOTHING_S, follow, grips_of
+from snakebot.physics.servo_layout import OUTPUT, TIME_GRAIN_S, state_at_rest
 
 if TYPE_CHECKING:
     from snakebot.physics.model import ChainModel
 
-Vector = npt.NDArray[np.float64]
 
 LOAD_FILTER_S = 0.02  # first order, on the torque that a servo feels
-TIME_GRAIN_S = 1e-9  # steps shorter than this are none
 
 _NO_LINKS = np.zeros((8, 0))
 _NO_LINKS.setflags(write=False)  # as those of a model: one type, compiled once
@@ -37,7 +36,7 @@ class _Body:
     """The state of a chain inside the loop; of none where ``model`` is None."""
 
     def __init__(
-        self, model: ChainModel | None, params: Rows, angle_rad: Vector, pose: npt.ArrayLike
+        self, model: ChainModel | None, params: Floats, angle_rad: Floats, pose: npt.ArrayLike
     ) -> None:
         k = 0 if model is None else model.joints
         self.rows = _NO_LINKS if model is None else model.packed
@@ -50,7 +49,7 @@ class _Body:
         self.rate, self.torque, self.power = np.zeros(k), np.zeros(k), np.zeros(2)
         self.kind = np.zeros(k, dtype=np.int64)
         self.work, self.stage = rosenbrock.workspace(0 if model is None else model.links)
-        self.scratch = np.zeros((SCRATCH_ROWS, max(k, 6)))
+        self.scratch = np.zeros((GRIP_SCRATCH_ROWS, max(k, 6)))
 
     def arguments(self) -> tuple[Any, ...]:
         return (
@@ -63,11 +62,11 @@ class _Body:
 class Samples:
     """What the loop leaves behind at T times; without a chain ``base`` and ``torque`` stay zero."""
 
-    angle: Vector  # (T, joints)
-    base: Vector  # (T, 6) x, y, heading of the body and their rates, at the time of the angles
-    load: Vector  # (T, joints) torque that the servos felt
-    torque: Vector  # (T, joints) of the chain, mean since the sample before
-    power: Vector  # (T, 2) put in, lost to the ground, mean since the sample before
+    angle: Floats  # (T, joints)
+    base: Floats  # (T, 6) x, y, heading of the body and their rates, at the time of the angles
+    load: Floats  # (T, joints) torque that the servos felt
+    torque: Floats  # (T, joints) of the chain, mean since the sample before
+    power: Floats  # (T, 2) put in, lost to the ground, mean since the sample before
 
     @classmethod
     def zeros(cls, size: int, joints: int) -> Samples:
@@ -92,7 +91,7 @@ class DrivenChain:
 
     def __init__(
         self,
-        params: Rows,
+        params: Floats,
         angle_rad: npt.ArrayLike,
         *,
         model: ChainModel | None = None,
@@ -138,25 +137,25 @@ class DrivenChain:
         return float(self._clock[0])
 
     @property
-    def angle_rad(self) -> Vector:
-        angle: Vector = self.state[:, OUTPUT]
+    def angle_rad(self) -> Floats:
+        angle: Floats = self.state[:, OUTPUT]
         return angle
 
     @property
-    def base(self) -> Vector:
+    def base(self) -> Floats:
         """(6,) x, y, heading of the centre of mass and their rates, see ``Samples``; zeros on a bench."""
         return self._carried
 
     def run(
         self,
-        t_s: Vector,
-        switch_s: Vector,
-        setpoint_rad: Vector,
+        t_s: Floats,
+        switch_s: Floats,
+        setpoint_rad: Floats,
         *,
         since_s: float = 0.0,
-        load_t_s: Vector | None = None,
-        load_nm: Vector | None = None,
-        known_rad: Vector | None = None,
+        load_t_s: Floats | None = None,
+        load_nm: Floats | None = None,
+        known_rad: Floats | None = None,
     ) -> Samples:
         """Go through the times ``t_s`` (T,), not falling, none before now.
 
@@ -181,8 +180,8 @@ class DrivenChain:
     def go_to(
         self,
         t_s: float,
-        switch_s: Vector | None = None,
-        setpoint_rad: Vector | None = None,
+        switch_s: Floats | None = None,
+        setpoint_rad: Floats | None = None,
         *,
         since_s: float = 0.0,
     ) -> Samples:
@@ -198,10 +197,10 @@ class DrivenChain:
 
     def _go(
         self,
-        way: tuple[Vector, Vector, Vector, float],
-        load_t_s: Vector,
-        load_nm: Vector,
-        known_rad: Vector,
+        way: tuple[Floats, Floats, Floats, float],
+        load_t_s: Floats,
+        load_nm: Floats,
+        known_rad: Floats,
         out: Samples,
     ) -> None:
         _run(  # type: ignore[call-arg]
@@ -212,9 +211,9 @@ class DrivenChain:
             self._carried = out.base[-1].copy()
 
 
-def plain(array: Vector | None) -> Vector:
+def plain(array: Floats | None) -> Floats:
     """Contiguous and writable, as all others: what is compiled once serves every caller."""
-    plain: Vector = np.require(array, dtype=np.float64, requirements=["C", "W"])
+    plain: Floats = np.require(array, dtype=np.float64, requirements=["C", "W"])
     return plain
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from snakebot.physics.compiled import jit
 from snakebot.physics.servo import falling_limit, first_order, goal_of, play
-from snakebot.physics.servo_chain import TIME_GRAIN_S, end_of_step
+from snakebot.physics.servo_chain import end_of_step
 from snakebot.physics.servo_layout import (
     ARM_GRAVITY_NM,
     ARM_INERTIA_KG_M2,
@@ -32,6 +32,7 @@ from snakebot.physics.servo_layout import (
     RATE_LIMIT_RAD_S,
     SIGN,
     TIME_CONSTANT_S,
+    TIME_GRAIN_S,
 )
 
 

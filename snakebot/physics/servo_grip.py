@@ -18,8 +18,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from snakebot.arrays import Floats
 from snakebot.physics import rosenbrock
 from snakebot.physics import servo_layout as layout
 from snakebot.physics.compiled import jit
@@ -35,13 +35,11 @@ from snakebot.physics.servo_layout import (
     OUTPUT_RATE,
     SMOOTH,
     SMOOTH_RATE,
-    Rows,
 )
 
 if TYPE_CHECKING:
     from snakebot.physics.model import ChainModel
 
-Vector = npt.NDArray[np.float64]
 
 # Motors and gears of finite inertia do not jump in speed as a first-order lag with held set-points does. Left in, those
 # jumps shake the wheels' dry friction loose and cost 4 % of the speed at 100 Hz, 10 % at 50 Hz.
@@ -56,12 +54,12 @@ ATTEMPTS = 4  # at a step, until no joint changes between sticking and slipping
 # Columns of a joint's grip, what the load can do to it.
 STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF, STALL, NO_LOAD, FADE, PLAY, BRAKE = range(10)
 GRIP_COLUMNS = 10  # as many as there are names above
-# Rows of the scratch.
+# Floats of the scratch.
 OLD_BASE, OLD_PHI, OLD_DPHI, SLIDING, WEAK, PUSH, DRAG, KNOWN, SIDE, PULL = range(10)
-SCRATCH_ROWS = 10  # as many as there are names above
+GRIP_SCRATCH_ROWS = 10  # as many as there are names above
 
 
-def grips_of(params: Rows, model: ChainModel) -> Vector:
+def grips_of(params: Floats, model: ChainModel) -> Floats:
     """(joints, GRIP_COLUMNS): spring and damper between motor and joint, dry friction, torque limit, whether the spring
     stands for a stiff joint, the motor's line and how fast its no-load speed fades (1/s), half the play in which the
     joint swings, and a damper against the joint's own speed; no spring: prescribed.

@@ -12,7 +12,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-Rows = npt.NDArray[np.float64]
+from snakebot.arrays import Bools, Floats
+
+# Two times nearer than this are one, a shorter step is none: the grain of the clocks in logs.
+TIME_GRAIN_S = 1e-9
 
 # Columns of the parameters, (joints, PARAMETERS).
 (
@@ -72,8 +75,8 @@ DRIVEN, FREE_JOINT, RIGID_JOINT = 0.0, 1.0, 2.0
 STATES = 10
 
 
-def nominal_parameters(joints: int, time_constant_s: float) -> Rows:
-    """Rows of a servo that is a first-order lag and nothing else."""
+def nominal_parameters(joints: int, time_constant_s: float) -> Floats:
+    """Floats of a servo that is a first-order lag and nothing else."""
     rows = np.zeros((joints, PARAMETERS))
     rows[:, SOURCE] = np.arange(joints)
     rows[:, SIGN] = 1.0
@@ -87,8 +90,8 @@ def nominal_parameters(joints: int, time_constant_s: float) -> Rows:
     return rows
 
 
-def state_at_rest(angle_rad: npt.ArrayLike) -> Rows:
-    """Rows of servos that have stood at ``angle_rad`` (joints,) for long, unpowered until the first set-point."""
+def state_at_rest(angle_rad: npt.ArrayLike) -> Floats:
+    """Floats of servos that have stood at ``angle_rad`` (joints,) for long, unpowered until the first set-point."""
     angle = np.atleast_1d(np.asarray(angle_rad, dtype=np.float64))
     state = np.zeros((angle.size, STATES))
     for column in (FILTERED, MOTOR, SMOOTH, DRAGGED, OUTPUT):
@@ -96,15 +99,15 @@ def state_at_rest(angle_rad: npt.ArrayLike) -> Rows:
     return state
 
 
-def rest_angle_rad(parameters: Rows, setpoint_rad: npt.ArrayLike) -> Rows:
+def rest_angle_rad(parameters: Floats, setpoint_rad: npt.ArrayLike) -> Floats:
     """(joints,) where the joints stand when a set-point has been held for long and nothing loads them."""
     setpoint = np.broadcast_to(np.asarray(setpoint_rad, dtype=np.float64), (parameters.shape[0],))
     driven = setpoint[parameters[:, SOURCE].astype(np.int64)]
-    angle: Rows = parameters[:, GAIN] * parameters[:, SIGN] * driven + parameters[:, OFFSET_RAD]
+    angle: Floats = parameters[:, GAIN] * parameters[:, SIGN] * driven + parameters[:, OFFSET_RAD]
     return np.where(parameters[:, LOCKED] == RIGID_JOINT, parameters[:, LOCK_RAD], angle)
 
 
-def holding_setpoint_rad(parameters: Rows, angle_rad: npt.ArrayLike) -> Rows:
+def holding_setpoint_rad(parameters: Floats, angle_rad: npt.ArrayLike) -> Floats:
     """(..., joints) set-points that keep the joints at angles (..., joints): ``rest_angle_rad`` the other way round."""
     angle = np.asarray(angle_rad)
     setpoint = np.zeros(angle.shape)
@@ -116,29 +119,29 @@ def holding_setpoint_rad(parameters: Rows, angle_rad: npt.ArrayLike) -> Rows:
 _LOADED = (RATE_DROP_PER_NM, COULOMB_NM, LOOP_COMPLIANCE_RAD_NM, COMPLIANCE_RAD_NM, LOOP_STIFFNESS_NM_RAD)
 
 
-def feels_load(parameters: Rows) -> bool:
+def feels_load(parameters: Floats) -> bool:
     """Whether any joint's motion depends on the torque that it bears: on a body it is then that of the whole body."""
     return bool(loaded_joints(parameters).any())
 
 
-def loaded_joints(parameters: Rows) -> npt.NDArray[np.bool_]:
+def loaded_joints(parameters: Floats) -> Bools:
     """(joints,) whether the motion depends on the torque that the joint bears."""
-    limited: npt.NDArray[np.bool_] = np.isfinite(parameters[:, TORQUE_LIMIT_NM])
+    limited: Bools = np.isfinite(parameters[:, TORQUE_LIMIT_NM])
     return limited | (parameters[:, _LOADED] > 0).any(axis=1) | loose(parameters)
 
 
-def loose(parameters: Rows) -> npt.NDArray[np.bool_]:
+def loose(parameters: Floats) -> Bools:
     """(joints,) whether the output swings in the play of its gears as the load wants it to."""
-    swings: npt.NDArray[np.bool_] = (parameters[:, BACKLASH_RAD] > 0) & (parameters[:, BACKLASH_LOADED] > 0)
+    swings: Bools = (parameters[:, BACKLASH_RAD] > 0) & (parameters[:, BACKLASH_LOADED] > 0)
     return swings
 
 
-def needs_fine_steps(parameters: Rows) -> bool:
+def needs_fine_steps(parameters: Floats) -> bool:
     """Whether the closed forms of the kernel do not hold over a whole set-point on some joint, see ``fine_joints``."""
     return bool(fine_joints(parameters).any())
 
 
-def fine_joints(parameters: Rows) -> npt.NDArray[np.bool_]:
+def fine_joints(parameters: Floats) -> Bools:
     """(joints,) whether the closed forms of the kernel do not hold over a whole set-point: it must step inside it."""
     second = parameters[:, NATURAL_FREQ_RAD_S] > 0
     bent = (

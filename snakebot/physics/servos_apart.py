@@ -11,34 +11,32 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from snakebot.arrays import Floats, Ints
 from snakebot.physics import servo_layout as layout
 from snakebot.physics.compiled import jit
 from snakebot.physics.servo import is_free, servo_step
-from snakebot.physics.servo_chain import TIME_GRAIN_S, end_of_step, interpolate, plain
+from snakebot.physics.servo_chain import end_of_step, interpolate, plain
 from snakebot.physics.servo_first_order import is_first_order, run_first_order
-from snakebot.physics.servo_layout import OUTPUT, PARAMETERS, SOURCE, STATES, Rows
+from snakebot.physics.servo_layout import OUTPUT, PARAMETERS, SOURCE, STATES, TIME_GRAIN_S
 
-Vector = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 _NO_ROWS = np.zeros((0, 0))
 _NO_LOAD = np.zeros(0)
 
 
 def run_apart(
-    params: Rows,
-    angle_rad: Vector,
+    params: Floats,
+    angle_rad: Floats,
     joints: Ints,
-    t_s: Sequence[Vector],
-    switch_s: Sequence[Vector],
-    setpoint_rad: Sequence[Vector],
+    t_s: Sequence[Floats],
+    switch_s: Sequence[Floats],
+    setpoint_rad: Sequence[Floats],
     *,
     grid_s: float,
-    late_s: Vector | None = None,
-    load_nm: Sequence[Vector] | None = None,
-    known_rad: Sequence[Vector | None] | None = None,
-) -> tuple[list[Vector], list[Vector]]:
+    late_s: Floats | None = None,
+    load_nm: Sequence[Floats] | None = None,
+    known_rad: Sequence[Floats | None] | None = None,
+) -> tuple[list[Floats], list[Floats]]:
     """Joint angles (T, joints) of each run, and the torques that the servos felt; NaN for joints not asked for.
 
     All runs are one call of the compiled loop: a session may have a hundred of a second each.

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+
+from snakebot.arrays import Floats, Ints
 
 
-def decimate(
-    x: NDArray[np.float64], signals: Sequence[NDArray[np.float64]], points: int
-) -> NDArray[np.int64]:
+def decimate(x: Floats, signals: Sequence[Floats], points: int) -> Ints:
     """Indices (sorted, at most about ``points``) that keep the lowest and highest sample of every signal a
     bucket.
 
@@ -39,14 +38,14 @@ def decimate(
     return np.unique(np.concatenate(keep))
 
 
-def bucket_starts(size: int, signals: int, points: int) -> NDArray[np.int64]:
+def bucket_starts(size: int, signals: int, points: int) -> Ints:
     """First sample of every bucket; one sample a bucket where nothing needs thinning."""
     if size <= points or signals == 0:
         return np.arange(size)
     return np.linspace(0, size, max(points // (2 * signals), 2) + 1).astype(np.int64)[:-1]
 
 
-def bridge_short_gaps(y: NDArray[np.float64], longest: int) -> NDArray[np.float64]:
+def bridge_short_gaps(y: Floats, longest: int) -> Floats:
     """``y`` with gaps of up to ``longest`` samples bridged: a thinned picture does not show them."""
     known = np.flatnonzero(np.isfinite(y))
     if longest < 1 or len(known) in (0, len(y)):

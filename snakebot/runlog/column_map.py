@@ -7,9 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.robot import Robot
 from snakebot.runlog.session import is_known_column
@@ -81,9 +79,7 @@ def _source(entry: str, ours: str, theirs: str, robot: Robot) -> Source:
     return Source(column, sign * units[unit])
 
 
-def apply_map(
-    columns: Mapping[str, NDArray[np.float64]], mapping: Mapping[str, Source], where: str
-) -> dict[str, NDArray[np.float64]]:
+def apply_map(columns: Mapping[str, Floats], mapping: Mapping[str, Source], where: str) -> dict[str, Floats]:
     """Our columns from theirs.
 
     Raises:

@@ -25,12 +25,11 @@ from mcap.writer import MCAP0_MAGIC
 from snakebot.errors import UnreadableLogError
 from snakebot.runlog import channels
 from snakebot.runlog.import_hint import import_hint
-from snakebot.runlog.number_table import TABLE_SUFFIXES
+from snakebot.runlog.number_table import MAX_RATIO, TABLE_SUFFIXES
 
 MAX_CHUNK_BYTES = 8 << 20  # decompressed; ours have about 256 KiB
 MAX_RECORD_BYTES = 64 << 20  # as stored
 MAX_TOTAL_BYTES = 2 << 30  # decompressed: an hour at 500 Hz and 5 joints is 1.5 GB
-MAX_RATIO = 400  # decompressed to stored, beyond the first 8 MiB: more is a decompression bomb, not a log
 MAX_CHANNELS = 1024  # chosen: a log of ours has less than twenty
 
 # What reading a damaged record raises: a length beyond 63 bits is an OverflowError.
@@ -41,7 +40,7 @@ _MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log ti
 _MESSAGE_FIXED = 22  # bytes of a message before its data
 _CHUNK = struct.Struct("<QQQI")  # first time, last time, decompressed size, crc
 
-Message = tuple[int, int, int, int, bytes]  # channel id, sequence, log time ns, publish time ns, data
+LogMessage = tuple[int, int, int, int, bytes]  # channel id, sequence, log time ns, publish time ns, data
 
 
 @dataclass
@@ -62,7 +61,7 @@ class Container:
         stored = self.path.stat().st_size if self.path.is_file() else 0
         return min(MAX_TOTAL_BYTES, MAX_CHUNK_BYTES + MAX_RATIO * stored)
 
-    def chunks(self) -> Iterator[list[Message]]:
+    def chunks(self) -> Iterator[list[LogMessage]]:
         """The messages, a list a chunk, in the order of the file.
 
         Raises:
@@ -175,9 +174,9 @@ class Container:
                 f"{self.path}: unpacks to more than {self.allowed_bytes >> 20} MiB; not read"
             )
 
-    def _cut(self, data: bytes) -> list[Message]:
+    def _cut(self, data: bytes) -> list[LogMessage]:
         """The messages of a chunk. Written for speed: one struct call and one slice a message."""
-        messages: list[Message] = []
+        messages: list[LogMessage] = []
         append, unpack, message = messages.append, _MESSAGE.unpack_from, int(Opcode.MESSAGE)
         at, end = 0, len(data)
         try:

@@ -17,7 +17,7 @@ from snakebot.runlog.container import Container
 from snakebot.runlog.naming import numbered
 from snakebot.whole_files import take_name
 
-CHUNK_BYTES = 256 << 10  # what one flipped bit can cost: a few seconds
+FINISHED_CHUNK_BYTES = 256 << 10  # what one flipped bit can cost: a few seconds
 TEMPORARY_SUFFIX = ".tmp"
 
 
@@ -98,7 +98,7 @@ def _rewrite(source: Path, file: BinaryIO, changes: Changes) -> list[str]:
     from snakebot import __version__
 
     container = Container(source)
-    writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
+    writer = Writer(file, chunk_size=FINISHED_CHUNK_BYTES, compression=CompressionType.ZSTD)
     writer.start(profile=channels.PROFILE, library=f"snakebot {__version__}")
     numbers = {}
     for channel in channels.CHANNELS:  # in the order of their ids, so that the ids stay the same

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.robot import Robot
 from snakebot.runlog.column_map import Source, apply_map
@@ -98,7 +98,7 @@ def write_run(
 class _Rows:
     """The columns of a run as lists: a hundred times faster to go through than arrays."""
 
-    def __init__(self, run: Run, t_s: NDArray[np.float64]) -> None:
+    def __init__(self, run: Run, t_s: Floats) -> None:
         self.t_s = t_s.tolist()
         self.command = run.command_rad.tolist()
         self.measured = run.measured_rad.tolist()

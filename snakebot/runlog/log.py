@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from snakebot.arrays import Floats
+from snakebot.arrays import AnyArray, Bools, Floats, Ints
 from snakebot.errors import BadInputError
 from snakebot.nearest import not_known
 from snakebot.robot import Robot
@@ -50,16 +49,16 @@ class RunLog:
     complete: bool  # the log was closed properly
     problems: tuple[str, ...]  # what was damaged and left out; empty for a whole log
 
-    sequence: NDArray[np.int64]  # (N,)
+    sequence: Ints  # (N,)
     t_s: Floats  # (N,) host time since the run's start
-    host_time_ns: NDArray[np.int64]  # (N,) wall clock
+    host_time_ns: Ints  # (N,) wall clock
     setpoint_rad: Floats  # (N, k); nan = servo off
     sent_rad: Floats  # (N, k) after limits
     applied_rad: Floats  # (N, k) all nan where the board reports none
     measured_rad: Floats  # (N, k); nan = sample lost
     board_time_us: Floats  # (N,) exact to 2**53 us
     latency_s: Floats  # (N,)
-    late: NDArray[np.bool_]  # (N,)
+    late: Bools  # (N,)
 
     pose_t_s: Floats  # (P,)
     pose: Floats  # (P, 3) x_m, y_m, heading_rad
@@ -155,7 +154,7 @@ class RunLog:
         t_s = self.t_s[keep]
         pose = self.pose_at(t_s) if self.pose_t_s.size else None
         applied = self.applied_rad[keep]
-        extra: dict[str, NDArray[Any]] = {
+        extra: dict[str, AnyArray] = {
             "sequence": self.sequence[keep],
             "board_time_us": self.board_time_us[keep],
             "latency_s": self.latency_s[keep],
@@ -177,9 +176,9 @@ class RunLog:
         )
         return plausible(run, str(self.path))
 
-    def columns(self) -> dict[str, NDArray[Any]]:
+    def columns(self) -> dict[str, AnyArray]:
         """The ticks as flat named columns, each (N,): what the CSV and Parquet exports hold."""
-        flat: dict[str, NDArray[Any]] = {
+        flat: dict[str, AnyArray] = {
             "t_s": self.t_s,
             "sequence": self.sequence,
             "host_time_ns": self.host_time_ns,

@@ -22,9 +22,9 @@ from snakebot.errors import BadInputError
 MAX_LINE_BYTES = 64 << 10  # of one row; chosen: 1,024 cells of 64 characters
 MAX_COLUMNS = 1024  # chosen: a session of 16 joints has less than 100
 MAX_CELLS = 50_000_000  # 400 MB of float64
-MAX_BYTES = 1 << 30  # decompressed text
+MAX_TABLE_BYTES = 1 << 30  # decompressed text
+MAX_RATIO = 400  # unpacked to stored: more is a decompression bomb, no log and no measurements; chosen
 FREE_BYTES = 32 << 20  # a table may unpack to this, however small its file; beyond it:
-MAX_RATIO = 400  # unpacked to stored: more is a decompression bomb, not measurements
 BLOCK_CELLS = 1 << 17  # read as text at once: a cell takes 8 bytes as a number, 100 until it is one
 
 TABLE_SUFFIXES = (".csv", ".csv.gz", ".parquet")
@@ -98,7 +98,7 @@ def _lines(path: Path, file: BinaryIO | io.BufferedReader, encoding: str = "utf-
 
 def _allowed_bytes(path: Path) -> int:
     """What a table may unpack to."""
-    return min(MAX_BYTES, FREE_BYTES + MAX_RATIO * path.stat().st_size)
+    return min(MAX_TABLE_BYTES, FREE_BYTES + MAX_RATIO * path.stat().st_size)
 
 
 def _read_csv(

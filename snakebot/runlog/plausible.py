@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.runlog.run import Run
 
@@ -33,7 +33,7 @@ def plausible(run: Run, where: str) -> Run:
     return run
 
 
-def _check_times(where: str, t_s: NDArray[np.float64]) -> None:
+def _check_times(where: str, t_s: Floats) -> None:
     if len(t_s) < 2:
         return
     span, step = float(t_s[-1] - t_s[0]), float(np.median(np.diff(t_s)))

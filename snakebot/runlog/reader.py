@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 import orjson
-from numpy.typing import NDArray
 
+from snakebot.arrays import AnyArray, Floats
 from snakebot.errors import BadInputError, UnreadableLogError
 from snakebot.robot import MAX_LINKS, Robot, robot_from_mapping
 from snakebot.runlog.channels import (
@@ -139,13 +139,13 @@ class JointsTable(TopicTable):
 
     def __init__(self) -> None:
         super().__init__()
-        self.parts: dict[str, list[NDArray[Any]]] = {}
+        self.parts: dict[str, list[AnyArray]] = {}
 
     def store(self, rows: list[Any]) -> None:
         nothing = [None] * len(rows[0]["setpoint_rad"])
         if len(nothing) >= MAX_LINKS:
             raise ValueError(f"{len(nothing)} joints")
-        columns: dict[str, NDArray[Any]] = {}
+        columns: dict[str, AnyArray] = {}
         for name in self.SCALARS:
             kind = np.int64 if name == "sequence" else np.float64
             columns[name] = np.array([row[name] for row in rows], dtype=kind)
@@ -158,7 +158,7 @@ class JointsTable(TopicTable):
         for name, column in columns.items():
             self.parts.setdefault(name, []).append(column)
 
-    def columns(self, joints: int) -> dict[str, NDArray[Any]]:
+    def columns(self, joints: int) -> dict[str, AnyArray]:
         """The whole columns; ``joints`` is the width where there is no row."""
         if not self.parts:
             empty = dict.fromkeys((*self.SCALARS, "late"), np.empty(0))
@@ -169,7 +169,7 @@ class JointsTable(TopicTable):
 class PoseTable(TopicTable):
     def __init__(self) -> None:
         super().__init__()
-        self.parts: list[NDArray[np.float64]] = []
+        self.parts: list[Floats] = []
 
     def store(self, rows: list[Any]) -> None:
         values = []
@@ -178,7 +178,7 @@ class PoseTable(TopicTable):
             values.append((row["t_s"], position["x"], position["y"], row["heading_rad"], row["speed_m_s"]))
         self.parts.append(np.array(values, dtype=np.float64))
 
-    def array(self) -> NDArray[np.float64]:
+    def array(self) -> Floats:
         return np.concatenate(self.parts) if self.parts else np.empty((0, 5))
 
 
@@ -234,7 +234,7 @@ class NumbersTable(TopicTable):
         if 8 * len(self.values) * len(self.t_s) > self.allowed_bytes:
             raise ValueError(f"{len(self.values)} names at {len(self.t_s)} times")
 
-    def columns(self) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
+    def columns(self) -> tuple[Floats, dict[str, Floats]]:
         columns = {}
         for name, values in sorted(self.values.items()):
             columns[name] = np.full(len(self.t_s), np.nan)

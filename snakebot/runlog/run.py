@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import NDArray
-
-from snakebot.arrays import Floats
+from snakebot.arrays import AnyArray, Floats
 from snakebot.errors import BadInputError
 from snakebot.in_words import plain
 from snakebot.robot import Robot
@@ -41,14 +39,14 @@ class Run:
     forward_speed_m_s: float | None = None
     repeat_of: str | None = None  # name of the run that this one repeats
     hold_out: bool = False  # never fit on this run
-    extra: Mapping[str, NDArray[Any]] = field(default_factory=dict)  # further columns, each (N,)
+    extra: Mapping[str, AnyArray] = field(default_factory=dict)  # further columns, each (N,)
     metadata: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         shape = self.command_rad.shape
         if len(shape) != 2:
             raise BadInputError(f"run {self.name}: command_rad has shape {shape}, not (samples, joints)")
-        wanted: dict[str, tuple[NDArray[Any] | None, tuple[int, ...]]] = {
+        wanted: dict[str, tuple[AnyArray | None, tuple[int, ...]]] = {
             "t_s": (self.t_s, shape[:1]),
             "measured_rad": (self.measured_rad, shape),
             "applied_rad": (self.applied_rad, shape),

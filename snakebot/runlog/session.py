@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.nearest import misspelt, nearest, not_known
 from snakebot.robot import Robot, robot_from_mapping
@@ -181,7 +181,7 @@ def run_from_table(path: Path, table: NumberTable, joints: int, unknown: set[str
     t_s = columns["t_s"]
     check_time(path, table.first_row, t_s)
 
-    def stack(kind: str) -> NDArray[np.float64]:
+    def stack(kind: str) -> Floats:
         return np.stack([columns[f"{kind}_{j}_rad"] for j in range(1, joints + 1)], axis=1)
 
     applied = [name for name in columns if name.startswith("applied_") and is_known_column(name)]
@@ -212,7 +212,7 @@ def run_from_table(path: Path, table: NumberTable, joints: int, unknown: set[str
     return plausible(run, str(path))
 
 
-def check_time(path: Path, first_row: int, t_s: NDArray[np.float64]) -> None:
+def check_time(path: Path, first_row: int, t_s: Floats) -> None:
     """Raise the BadInputError of a time that is empty or does not rise."""
     if not t_s.size:
         raise BadInputError(f"{path}: no samples under the header")

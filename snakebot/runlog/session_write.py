@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from snakebot.arrays import AnyArray
 from snakebot.errors import BadInputError, cannot_write
 from snakebot.robot import Robot
 from snakebot.runlog.log import gait_to_mapping
@@ -82,9 +82,9 @@ def _take_away(folder: Path, names: Iterable[str], whole: bool) -> None:
             folder.rmdir()
 
 
-def run_columns(run: Run) -> dict[str, NDArray[Any]]:
+def run_columns(run: Run) -> dict[str, AnyArray]:
     """The columns of a run as the form of a session names them."""
-    columns: dict[str, NDArray[Any]] = {"t_s": run.t_s}
+    columns: dict[str, AnyArray] = {"t_s": run.t_s}
     for kind, array in (("cmd", run.command_rad), ("enc", run.measured_rad), ("applied", run.applied_rad)):
         if array is not None:
             columns.update({f"{kind}_{joint + 1}_rad": array[:, joint] for joint in range(run.joints)})
@@ -93,7 +93,7 @@ def run_columns(run: Run) -> dict[str, NDArray[Any]]:
     return {**columns, **run.extra}
 
 
-def write_table(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
+def write_table(path: Path, columns: Mapping[str, AnyArray]) -> None:
     """Write columns as CSV, CSV.gz or Parquet, by the file's name; nan becomes an empty cell in a CSV.
 
     Numbers keep all their digits: what is read back is equal to the last bit.
@@ -120,7 +120,7 @@ def write_table(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
             whole.write_bytes(_csv(columns))
 
 
-def _csv(columns: Mapping[str, NDArray[Any]]) -> bytes:
+def _csv(columns: Mapping[str, AnyArray]) -> bytes:
     texts = []
     for values in columns.values():
         if values.dtype.kind == "f":

@@ -24,14 +24,14 @@ _CYCLES = 20  # of which the median counts; chosen
 _LEAST_LATENCY_S, _MOST_LATENCY_S = 0.002, 0.03
 _HEADROOM = 1.25  # a run needs time for more than the bus
 
-Found = Mapping[int, Mapping[str, int]]  # joint -> register -> value
+RegisterValues = Mapping[int, Mapping[str, int]]  # joint -> register -> value
 
 
 @dataclass(frozen=True, slots=True)
 class Start:
     """What was found: registers of each joint, and how fast the bus is."""
 
-    found: Found
+    found: RegisterValues
     cycle_s: float  # one sync read and one sync write, median
     watchdog: bool  # every servo will stop by itself when the bus falls silent
 

@@ -30,10 +30,11 @@ from snakebot.softboard import reports
 from snakebot.softboard.buildable import check_board
 from snakebot.softboard.configuration import Configuration
 from snakebot.softboard.hardware import Hardware, HardwareFault
+from snakebot.softboard.joints import DrivenJoints
 from snakebot.softboard.modes import WATCHDOG_MS, Expiry, ModeMachine
 from snakebot.softboard.ownclock import OwnClock
 from snakebot.softboard.plant import JointPlant, make_plant
-from snakebot.softboard.register import SetpointRegister, Tick
+from snakebot.softboard.register import AssembledTick, SetpointRegister
 
 BEAT_S = 0.1  # heartbeats, and samples while nothing streams
 COUNTERS_S = 1.0  # counters come once a second (PROTOCOL.md)
@@ -87,9 +88,7 @@ class SoftBoard:
         self._drift_ppm = drift_ppm + self._plant.clock_ppm
         self._clock_offset_us = clock_offset_us
         self._boots: random.Random = random.SystemRandom() if boot_seed is None else random.Random(boot_seed)
-        self._trim_rad = [0.0] * robot.joints
-        self._zero_counts = [0] * robot.joints
-        self._free: list[bool | None] = [None] * robot.joints  # as the plant was told
+        self._joints = DrivenJoints(self._plant, robot)
         self._outbox: Sequence[Frame] = []
         self._answers = AnswerWriter(robot.joints)
         self._clock: OwnClock | None = None
@@ -223,9 +222,11 @@ class SoftBoard:
         robot = self.robot
         limits = (robot.angle_limit_rad, robot.speed_limit_rad_s, robot.acceleration_limit_rad_s2)
         self._machine = ModeMachine(self._watchdog_ms * 1e-3, self._broken)
-        self._register = SetpointRegister(*limits, self._trim_rad)
-        self._configuration = Configuration(self._machine, self._register, self._trim_rad, self._zero_counts)
-        self._known = [False] * robot.joints  # read since the reset
+        self._register = SetpointRegister(*limits, self._joints.trim_rad)
+        self._configuration = Configuration(
+            self._machine, self._register, self._joints.trim_rad, self._joints.zero_counts
+        )
+        self._joints.reset()
         self._received = self._corrupt = 0
         self._sample = 0
         self._sample_due_s = 0.0
@@ -299,7 +300,7 @@ class SoftBoard:
             self._beat()
         elif self._sample_due_s <= t_s:
             self._sample_due_s += BEAT_S
-            self._report(t_s, self._read())
+            self._report(t_s, self._joints.read(self._register))
         else:
             self._counters_due_s += COUNTERS_S
             self._send(*self._hardware.supply())
@@ -344,70 +345,30 @@ class SoftBoard:
             return
         self._execute(self._register.assemble(frame), t_s)
 
-    def _execute(self, tick: Tick | None, t_s: float) -> None:
+    def _execute(self, tick: AssembledTick | None, t_s: float) -> None:
         if tick is None:
             return
         self._go_on(self._now_s)
-        counts = self._read()
+        counts = self._joints.read(self._register)
         if not self._register.execute(tick, t_s):
             return
         self._machine.executed(t_s)
         self._sample_due_s = t_s + self._watchdog_ms * 1e-3
         self._next_setpoint_s = self._now_s + tick.interval_s
-        self._command()
+        self._joints.command(self._register, self._now_s - self._start_s)
         self._report(t_s, counts)
 
-    def _command(self) -> None:
-        """The servo pulses: what the register holds."""
-        self._plant.command(self._now_s - self._start_s, self._register.servo_rad)
-
     def _power(self) -> None:
-        """Tell the plant, which stands at this moment, which joints have power, where that has changed.
+        """Power as the modes of board and joints have it, at this moment of the plant."""
+        self._joints.power(self._register, self._now_s - self._start_s, powered=self._machine.powered)
 
-        A joint that gets power is told to stay where it is: nothing jumps. One that has never been read gets none.
-        """
-        modes = self._register.joint_modes
-        free = [not self._machine.powered or mode is JointMode.FREE for mode in modes]
-        switched_on = any(was and not now for was, now in zip(self._free, free, strict=True))
-        if switched_on:
-            self._read()
-            free = [unpowered or not known for unpowered, known in zip(free, self._known, strict=True)]
-        if free == self._free:
-            return
-        for index, (was, now) in enumerate(zip(self._free, free, strict=True)):
-            if was is not now:
-                self._plant.set_joint_mode(index + 1, "free" if now else "active")
-                if not now:
-                    self._register.put_trim_in_force(index, self._trim_rad[index])
-        self._free = [*free]
-        if switched_on:
-            self._command()
-
-    # -- encoders and samples ----------------------------------------------------------------------------------------
-
-    def _read(self) -> list[int | None]:
-        """Encoder counts from their zeros; the register follows those of joints without power.
-
-        The plant has been brought to the moment of the reading.
-        """
-        counts = [
-            None if raw is None else int(raw) - zero
-            for raw, zero in zip(self._plant.encoder_counts(), self._zero_counts, strict=True)
-        ]
-        if any(self._free) or not all(self._known):
-            for index, count in enumerate(counts):
-                self._known[index] |= count is not None
-                if self._free[index] and count is not None:
-                    self._register.follow(index, count * self.robot.rad_per_count)
-        return counts
+    # -- what the board says -----------------------------------------------------------------------------------------
 
     def _report(self, t_s: float, counts: Sequence[int | None]) -> None:
         state = self._register.sequence, self._sample, self._machine.mode, self._shows_us(t_s)
         register = self._register
         self._say(self._answers.write(state, counts, register.servo, register.trim_rad, self._plant.pose()))
         self._sample = (self._sample + 1) & SHORT_MASK
-
-    # -- what the board says unasked ---------------------------------------------------------------------------------
 
     def _beat(self) -> None:
         self._send(reports.heartbeat(self._machine, self.boot_id, simulated=self._hardware.simulated))

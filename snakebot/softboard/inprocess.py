@@ -16,7 +16,7 @@ from snakebot.errors import LostBoardError
 from snakebot.links.base import Link
 from snakebot.softboard.board import SoftBoard
 
-Wire = Callable[[bytes], bytes]
+BoardWire = Callable[[bytes], bytes]
 
 
 def _clean(data: bytes) -> bytes:
@@ -41,8 +41,8 @@ class InProcessLink(Link):
         port: str = "sim:",
         *,
         about: Mapping[str, object] | None = None,
-        to_board: Wire = _clean,
-        to_host: Wire = _clean,
+        to_board: BoardWire = _clean,
+        to_host: BoardWire = _clean,
     ) -> None:
         super().__init__(port, math.inf)
         self.board = board

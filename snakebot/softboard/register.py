@@ -27,7 +27,7 @@ class _Joint:
     hold_rad: float | None = None  # RIGID: where to
 
 
-class Tick(NamedTuple):
+class AssembledTick(NamedTuple):
     """One complete set-point of all joints."""
 
     sequence: int
@@ -112,7 +112,7 @@ class SetpointRegister:
         """A part of a set-point in a mode that drops them; the latch stands for all its frames."""
         self._refused += isinstance(message, Latch)
 
-    def assemble(self, frame: Frame) -> Tick | None:
+    def assemble(self, frame: Frame) -> AssembledTick | None:
         """The set-point that this frame completes, if it is newer than the last one executed.
 
         Raises:
@@ -124,21 +124,23 @@ class SetpointRegister:
         latch, angles_rad = complete
         return self._newer(latch.sequence, latch.interval_s, angles_rad)
 
-    def read_whole(self, data: bytes) -> tuple[Tick | None] | None:
+    def read_whole(self, data: bytes) -> tuple[AssembledTick | None] | None:
         """The same for bytes that are one whole set-point; None: they are not, and ``assemble`` takes their frames."""
         whole = self._reader.read(data) if self._assembler.idle else None
         return None if whole is None else (self._newer(*whole, self._reader.angles_rad),)
 
-    def _newer(self, sequence: int, interval_s: float, angles_rad: Sequence[float] | Floats) -> Tick | None:
+    def _newer(
+        self, sequence: int, interval_s: float, angles_rad: Sequence[float] | Floats
+    ) -> AssembledTick | None:
         step = (sequence - self.sequence) & SEQUENCE_MASK
         if self._first:
             step = 1
         elif not 0 < step < _HALF:
             self._refused += 1
             return None
-        return Tick(sequence, step, interval_s, angles_rad)
+        return AssembledTick(sequence, step, interval_s, angles_rad)
 
-    def execute(self, tick: Tick, t_s: float) -> bool:
+    def execute(self, tick: AssembledTick, t_s: float) -> bool:
         """Move ``applied_rad`` towards the set-point as far as the limits let it; False if it comes too early."""
         limiter = self._limiter
         if self._all_active:

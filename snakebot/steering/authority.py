@@ -13,6 +13,7 @@ from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion
 from snakebot.gait.blend import BLEND_PEAK_CURVATURE, BLEND_PEAK_SLOPE
+from snakebot.gait.limits import CHECK_STEP_S
 from snakebot.robot import Robot
 
 # Farther out the body curls: on the built-in robot at (37, 80, 2) the turn is in proportion up to here, and the speed
@@ -22,7 +23,6 @@ _LEAST_RAD = math.radians(1)  # less to either side is no steering; chosen
 _LEAST_STEP_RAD = math.radians(0.5)  # that one change must be able to make; chosen
 _BLEND_S = 1.0  # of a change, where the cycle is long enough; chosen, as for a change of gait
 _BLEND_SHARE = 0.5  # of the cycle, where it is not
-_CHECK_STEP_S = 0.002  # between samples, as limits are checked before a run
 _PHASES = (0.0, 0.25, 0.5, 0.75)  # of a step: where the samples of another check may stand
 # Share of a limit that is used: the rest is for rounding, and for a peak of 20 rad/s an eighth of a step off a sample.
 _EXACT = 1 - 2e-5
@@ -87,9 +87,9 @@ def _room_in_ramps(motion: GaitMotion, robot: Robot) -> float:
     plain = copy.copy(motion)
     plain.steering = None
     room = math.inf
-    ticks = np.arange(-2, math.ceil(motion.ramp_s / _CHECK_STEP_S) + 3, dtype=np.float64)
+    ticks = np.arange(-2, math.ceil(motion.ramp_s / CHECK_STEP_S) + 3, dtype=np.float64)
     for begin_s, phase in itertools.product((0.0, motion.duration_s - motion.ramp_s), _PHASES):
-        t: Floats = begin_s + _CHECK_STEP_S * (ticks + phase)
+        t: Floats = begin_s + CHECK_STEP_S * (ticks + phase)
         parts = [plain.sampled(t), _share(motion, t)[:, None]]
         for limit in (robot.angle_limit_rad, robot.speed_limit_rad_s, robot.acceleration_limit_rad_s2):
             wave, share = parts
@@ -97,7 +97,7 @@ def _room_in_ramps(motion: GaitMotion, robot: Robot) -> float:
             moves = np.abs(share[:, 0]) > 1e-9
             if moves.any():
                 room = min(room, float((left[moves] / np.abs(share[moves])).min()))
-            parts = [np.diff(part, axis=0) / _CHECK_STEP_S for part in parts]
+            parts = [np.diff(part, axis=0) / CHECK_STEP_S for part in parts]
     return room
 
 

@@ -16,7 +16,7 @@ _JUMP_RAD, _FASTEST_RAD_S = math.radians(30), 6.0
 _BELIEVED = 3  # poses in a row that agree with each other and not with those before; chosen
 
 
-class Pose(NamedTuple):
+class TimedPose(NamedTuple):
     """Centre of mass and mean link angle at one time (s since the motion began)."""
 
     t_s: float
@@ -53,9 +53,9 @@ class PoseWindow:
 
     def __init__(self, period_s: float) -> None:
         self.doubted = 0
-        self._poses: deque[Pose] = deque()
-        self._odd: list[Pose] = []
-        self._last: Pose | None = None
+        self._poses: deque[TimedPose] = deque()
+        self._odd: list[TimedPose] = []
+        self._last: TimedPose | None = None
         self.set_period(period_s)
 
     def set_period(self, period_s: float) -> None:
@@ -64,7 +64,7 @@ class PoseWindow:
         self._thin_s = period_s / _KEPT_A_CYCLE
 
     @property
-    def last(self) -> Pose | None:
+    def last(self) -> TimedPose | None:
         """The last pose that was believed."""
         return self._last
 
@@ -72,7 +72,7 @@ class PoseWindow:
         """Whether nothing has been believed for too long."""
         return self._last is None or now_s - self._last.t_s > STALE_S
 
-    def add(self, pose: Pose) -> bool:
+    def add(self, pose: TimedPose) -> bool:
         """Take in a pose. Returns whether it is believed; one of times past is not."""
         last = self._last
         if last is not None:
@@ -108,7 +108,7 @@ class PoseWindow:
         if len(poses) > 1 and poses[0].t_s < begin_s:
             first, second = poses[0], poses[1]
             share = (begin_s - first.t_s) / (second.t_s - first.t_s)
-            poses[0] = Pose(
+            poses[0] = TimedPose(
                 begin_s, *(a + share * (b - a) for a, b in zip(first[1:], second[1:], strict=True))
             )
         span_s = end_s - poses[0].t_s
@@ -130,7 +130,7 @@ def _near(angle_rad: float, to_rad: float) -> float:
     return to_rad + math.remainder(angle_rad - to_rad, math.tau)
 
 
-def _jumps(before: Pose, after: Pose) -> bool:
+def _jumps(before: TimedPose, after: TimedPose) -> bool:
     since_s = after.t_s - before.t_s
     way = math.hypot(after.x_m - before.x_m, after.y_m - before.y_m)
     turn = abs(math.remainder(after.heading_rad - before.heading_rad, math.tau))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from snakebot.studies.friction import FrictionFit, Measurement
     from snakebot.studies.hyperredundancy import FaultCase
     from snakebot.studies.near_optimum import Grid
-    from snakebot.studies.speed import SpeedRow
+    from snakebot.studies.speed import SimulatedSpeed
 
 
 def new_figure(columns: int = 1, width: float = 6.0, height: float = 4.0, rows: int = 1) -> Figure:
@@ -128,7 +128,7 @@ def faults_figure(cases: Sequence[FaultCase]) -> Figure:
     return figure
 
 
-def speed_figure(rows: Sequence[SpeedRow]) -> Figure:
+def speed_figure(rows: Sequence[SimulatedSpeed]) -> Figure:
     """Speed against omega for ideal joints, these servos and their fitted sines (Fig. 21); tracking error."""
     figure = new_figure(columns=2, width=5.0)
     speed, error = figure.axes

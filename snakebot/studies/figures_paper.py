@@ -10,8 +10,8 @@ import numpy as np
 from snakebot.studies.figures import new_figure
 from snakebot.studies.gap import TARGETS, GapFit
 from snakebot.studies.inference import LINE_OMEGAS, Inference, line_alpha_deg, line_speed
-from snakebot.studies.paper_claims import Evidence
-from snakebot.studies.speed import SpeedRow
+from snakebot.studies.paper_claims import PaperEvidence
+from snakebot.studies.speed import SimulatedSpeed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,7 +25,7 @@ PRINTED = {
 }
 
 
-def optima_figure(evidence: Evidence) -> Figure:
+def optima_figure(evidence: PaperEvidence) -> Figure:
     """Optimal alpha, beta and speed over omega, ours beside the paper's text (Figs. 6, 7, 9, 10, 16, 17, 19, 20)."""
     figure = new_figure(columns=len(PRINTED), width=3.6, height=3.2, rows=2)
     for column, (name, (slope, intercept, alpha, beta)) in enumerate(PRINTED.items()):
@@ -79,7 +79,7 @@ def infer_figure(results: Sequence[Inference]) -> Figure:
     return figure
 
 
-def gap_figure(fits: Sequence[GapFit], curves: Mapping[str, Sequence[SpeedRow]]) -> Figure:
+def gap_figure(fits: Sequence[GapFit], curves: Mapping[str, Sequence[SimulatedSpeed]]) -> Figure:
     """Misfit of each candidate, and the speeds over omega of some of them beside what is published."""
     figure = new_figure(columns=2, width=5.6, height=4.6)
     bars, speed = figure.axes

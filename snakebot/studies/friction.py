@@ -167,11 +167,3 @@ def forces(
             f_t = fit.estimate["ct"] * v_t + fit.estimate["ct0"]
             normal.append((row.belt_speed_m_s * sin, (pull - f_t * cos) / sin))  # (33), corrected
     return tangential, normal
-
-
-def rolling_power_w(speed_m_s: float, ct: float, ct0: float, *, printed: bool = False) -> float:
-    """Power of one wheel set of a robot that rolls straight: F_t v = ct v^2 + ct0 v.
-
-    ``printed`` gives the paper's (35), which integrates F_t over v: ct v^2 / 2 + ct0 v (Fig. 18).
-    """
-    return (0.5 if printed else 1.0) * ct * speed_m_s**2 + ct0 * speed_m_s

@@ -22,7 +22,7 @@ from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.robot import Robot
-from snakebot.studies.speed import SpeedRow, speed_study
+from snakebot.studies.speed import SimulatedSpeed, speed_study
 
 # The paper's gaits: alpha falls from 70 to 40 deg as omega rises from 1 to 5, through (66, 80) at 2; beta is near 80.
 ALPHA_OF_OMEGA_DEG = ((1.0, 70.0), (2.0, 66.0), (5.0, 40.0))
@@ -105,7 +105,7 @@ class GapFit:
         return " + ".join(text.partition(":")[0] for text in self.effects) or "nominal servo"
 
 
-def measured(rows: Sequence[SpeedRow], target: Target) -> float:
+def measured(rows: Sequence[SimulatedSpeed], target: Target) -> float:
     """What a simulation makes of a target."""
     row = next(row for row in rows if math.isclose(row.omega_rad_s, target.omega_rad_s))
     if target.quantity == "speed_ratio":
@@ -115,7 +115,7 @@ def measured(rows: Sequence[SpeedRow], target: Target) -> float:
     return float(getattr(row, target.quantity))
 
 
-def errors(rows: Sequence[SpeedRow], targets: Sequence[Target] = TARGETS) -> Floats:
+def errors(rows: Sequence[SimulatedSpeed], targets: Sequence[Target] = TARGETS) -> Floats:
     """Deviation of each target over its sigma; an upper bound costs nothing below it."""
     found = []
     for target in targets:

@@ -17,7 +17,7 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
-from snakebot.studies.optimum import Optimum, cheapest, slope_through_origin
+from snakebot.studies.optimum import SweptOptimum, cheapest, slope_through_origin
 
 if TYPE_CHECKING:
     from snakebot.physics import ChainModel
@@ -45,7 +45,7 @@ def line_alpha_deg(omega_rad_s: float) -> float:
 
 
 @dataclass(frozen=True)
-class Reading:
+class FrictionReading:
     """One way to read the friction model, with what is fitted besides l and m."""
 
     name: str
@@ -56,10 +56,10 @@ class Reading:
 
 _EXTRA = {"sign_width_m_s": 0.05, "ct0_factor": 1.5}  # where a fit starts
 READINGS = (
-    Reading("printed", "friction as the paper prints it, a sharp sign"),
-    Reading("soft_sign", "as printed, the sign smoothed over a speed that is fitted", more=("sign_width_m_s",)),
-    Reading("no_normal_coulomb", "Coulomb friction along the links only", normal_coulomb=False),
-    Reading(
+    FrictionReading("printed", "friction as the paper prints it, a sharp sign"),
+    FrictionReading("soft_sign", "as printed, the sign smoothed over a speed that is fitted", more=("sign_width_m_s",)),
+    FrictionReading("no_normal_coulomb", "Coulomb friction along the links only", normal_coulomb=False),
+    FrictionReading(
         "more_rolling_coulomb",
         "Coulomb friction along the links only, times a factor that is fitted",
         normal_coulomb=False,
@@ -115,7 +115,7 @@ class Inference:
         chi2: sum of squared errors over sigma.
     """
 
-    reading: Reading
+    reading: FrictionReading
     estimate: dict[str, float]
     ci95: dict[str, tuple[float, float]]
     ours: dict[str, float]
@@ -123,12 +123,12 @@ class Inference:
     freedom: int
 
 
-def parameters(reading: Reading) -> tuple[str, ...]:
+def parameters(reading: FrictionReading) -> tuple[str, ...]:
     """Names of what is fitted."""
     return ("half_length_m", "link_mass_kg", *reading.more)
 
 
-def evaluate(robot: Robot, reading: Reading, values: Mapping[str, float]) -> dict[str, float]:
+def evaluate(robot: Robot, reading: FrictionReading, values: Mapping[str, float]) -> dict[str, float]:
     """What a reading makes of each fact.
 
     Raises:
@@ -172,7 +172,9 @@ def evaluate(robot: Robot, reading: Reading, values: Mapping[str, float]) -> dic
 
 
 def infer(
-    robot: Robot, readings: Sequence[Reading] = READINGS, progress: Callable[[int, int], None] | None = None
+    robot: Robot,
+    readings: Sequence[FrictionReading] = READINGS,
+    progress: Callable[[int, int], None] | None = None,
 ) -> list[Inference]:
     """Fits of all readings, the best first."""
     results = []
@@ -185,7 +187,7 @@ def infer(
     return sorted(results, key=lambda result: result.chi2)
 
 
-def fit_reading(robot: Robot, reading: Reading) -> Inference:
+def fit_reading(robot: Robot, reading: FrictionReading) -> Inference:
     """Least squares over the logarithms of the parameters (Gauss-Newton with a step that fits the sweep's grain)."""
     from scipy.optimize import least_squares
 
@@ -232,7 +234,9 @@ def fit_reading(robot: Robot, reading: Reading) -> Inference:
     )
 
 
-def _models(robot: Robot, reading: Reading, values: Mapping[str, float]) -> tuple[ChainModel, ChainModel]:
+def _models(
+    robot: Robot, reading: FrictionReading, values: Mapping[str, float]
+) -> tuple[ChainModel, ChainModel]:
     """The chain with this reading's friction, and the same without its Coulomb part."""
     from snakebot.physics import ChainModel
 
@@ -258,7 +262,7 @@ def _friction(robot: Robot, name: str) -> float:
     return float(np.mean(getattr(robot.body.friction, name)))
 
 
-def _mean(optima: Sequence[Optimum], name: str) -> float:
+def _mean(optima: Sequence[SweptOptimum], name: str) -> float:
     return float(np.mean([getattr(o, name) for o in optima])) if optima else math.nan
 
 

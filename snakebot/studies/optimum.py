@@ -20,7 +20,7 @@ _SHIFTS = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
 
 
 @dataclass(frozen=True)
-class Optimum:
+class SweptOptimum:
     """The cheapest gait at one speed; ranges are those of the grid's gaits that cost at most 2 % more."""
 
     speed_m_s: float
@@ -29,10 +29,11 @@ class Optimum:
     omega_rad_s: float
     power_w: float
     alpha_range_deg: tuple[float, float]
-    beta_range_deg: tuple[float, float]
 
 
-def cheapest(gaits: Floats, speed_m_s: Floats, power_w: Floats, speeds: Sequence[float]) -> list[Optimum]:
+def cheapest(
+    gaits: Floats, speed_m_s: Floats, power_w: Floats, speeds: Sequence[float]
+) -> list[SweptOptimum]:
     """Optima at the speeds that lie inside the sweep; speeds whose optimum is at its edge are left out.
 
     Args:
@@ -63,7 +64,7 @@ def cheapest(gaits: Floats, speed_m_s: Floats, power_w: Floats, speeds: Sequence
     return found
 
 
-def _between(axes: list[Floats], cost: Floats, log_omega: Floats, speed: float) -> Optimum | None:
+def _between(axes: list[Floats], cost: Floats, log_omega: Floats, speed: float) -> SweptOptimum | None:
     i, j = np.unravel_index(int(np.argmin(cost)), cost.shape)
     if not (0 < i < cost.shape[0] - 1 and 0 < j < cost.shape[1] - 1):
         return None
@@ -81,19 +82,18 @@ def _between(axes: list[Floats], cost: Floats, log_omega: Floats, speed: float) 
     a, b = place
     at = np.array([1.0, a, b, a * a, a * b, b * b])
     alpha, beta = np.degrees(axes[0]), np.degrees(axes[1])
-    near_alpha, near_beta = np.nonzero(cost <= cost[i, j] + np.log1p(SLACK))
-    return Optimum(
+    near_alpha, _ = np.nonzero(cost <= cost[i, j] + np.log1p(SLACK))
+    return SweptOptimum(
         speed_m_s=speed,
         alpha_deg=float(np.interp(i + a, np.arange(len(alpha)), alpha)),
         beta_deg=float(np.interp(j + b, np.arange(len(beta)), beta)),
         omega_rad_s=float(np.exp(at @ w)),
         power_w=float(np.exp(at @ c)),
         alpha_range_deg=(float(alpha[near_alpha.min()]), float(alpha[near_alpha.max()])),
-        beta_range_deg=(float(beta[near_beta.min()]), float(beta[near_beta.max()])),
     )
 
 
-def omega_over_speed(optima: Sequence[Optimum]) -> tuple[float, float]:
+def omega_over_speed(optima: Sequence[SweptOptimum]) -> tuple[float, float]:
     """Least-squares line omega = slope v + intercept (Figs. 7, 10, 17, 20): rad/m, rad/s; NaN for fewer than two."""
     if len(optima) < 2:
         return float("nan"), float("nan")
@@ -101,7 +101,7 @@ def omega_over_speed(optima: Sequence[Optimum]) -> tuple[float, float]:
     return float(slope), float(intercept)
 
 
-def slope_through_origin(optima: Sequence[Optimum]) -> float:
+def slope_through_origin(optima: Sequence[SweptOptimum]) -> float:
     """Least-squares omega = slope v, rad/m."""
     v, omega = np.array([(o.speed_m_s, o.omega_rad_s) for o in optima]).T
     return float(v @ omega / (v @ v))

@@ -18,7 +18,7 @@ from snakebot.studies.gap import paper_gait
 from snakebot.studies.hyperredundancy import fault_cases
 from snakebot.studies.inference import OPTIMUM, READINGS, evaluate
 from snakebot.studies.optimum import cheapest
-from snakebot.studies.paper_claims import POWER, SPEED, Evidence, Front, Row, rows
+from snakebot.studies.paper_claims import POWER, SPEED, Front, PaperEvidence, Row, rows
 from snakebot.studies.pareto import ALPHA_DEG, BETA_DEG, OMEGA_RAD_S, Pareto, front_of, pareto
 from snakebot.studies.speed import speed_study
 
@@ -43,7 +43,7 @@ def grid(quick: bool) -> Floats:
 
 def paper_study(
     folder: Path | None = None, *, quick: bool = False, step: Step = lambda what: None
-) -> tuple[list[Row], Evidence]:
+) -> tuple[list[Row], PaperEvidence]:
     """Compute the evidence and check every claim.
 
     Args:
@@ -58,7 +58,7 @@ def paper_study(
     return rows(evidence), evidence
 
 
-def gather(folder: Path | None, quick: bool, step: Step) -> Evidence:
+def gather(folder: Path | None, quick: bool, step: Step) -> PaperEvidence:
     """All computations of the study."""
     penn = load_robot("penn_state")
     robots = [load_robot("saito"), load_robot("saito_wheeled"), penn, viscous(penn)]
@@ -81,7 +81,7 @@ def gather(folder: Path | None, quick: bool, step: Step) -> Evidence:
     reading = next(r for r in READINGS if r.name == "no_normal_coulomb")
     from snakebot.effects.spec import load_effect_set
 
-    return Evidence(
+    return PaperEvidence(
         fronts=fronts,
         joint_power_w={
             robot.name: joint_power_w(robot, Gait.from_degrees(22, 60, 5)) for robot in robots[:2]
@@ -141,7 +141,7 @@ def settled(robot: Robot, found: Front, omegas: Sequence[float] = (1.0, 2.0, 3.0
     return float(np.max(np.abs(late / early - 1)))
 
 
-def summary(table: Sequence[Row], evidence: Evidence) -> dict[str, Any]:
+def summary(table: Sequence[Row], evidence: PaperEvidence) -> dict[str, Any]:
     """Plain values for ``--json``."""
     return {
         "claims": [asdict(row) for row in table],

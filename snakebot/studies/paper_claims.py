@@ -13,9 +13,9 @@ import numpy as np
 
 from snakebot.studies.hyperredundancy import FaultCase, Kind
 from snakebot.studies.inference import OPTIMUM, line_speed
-from snakebot.studies.optimum import Optimum, omega_over_speed, slope_through_origin
+from snakebot.studies.optimum import SweptOptimum, omega_over_speed, slope_through_origin
 from snakebot.studies.pareto import Pareto
-from snakebot.studies.speed import SpeedRow
+from snakebot.studies.speed import SimulatedSpeed
 from snakebot.studies.sweep import COLUMNS
 
 SPEED, POWER = COLUMNS.index("speed_m_s"), COLUMNS.index("power_in_w")
@@ -49,7 +49,7 @@ class Front:
     """One sweep: the grid's own front, and the cheapest gaits between its gaits, by rising speed."""
 
     pareto: Pareto
-    optima: tuple[Optimum, ...]
+    optima: tuple[SweptOptimum, ...]
 
     def at(self, omega_rad_s: float, name: str) -> float:
         """A quantity of the cheapest gaits at a frequency; NaN outside of what was swept."""
@@ -67,13 +67,13 @@ class Front:
         return float(fast.min()) if fast.size else math.nan
 
     @property
-    def swept(self) -> tuple[Optimum, ...]:
+    def swept(self) -> tuple[SweptOptimum, ...]:
         """Those at the frequencies that the paper shows."""
         return tuple(o for o in self.optima if SLOW_OMEGA <= o.omega_rad_s <= FAST_OMEGA)
 
 
 @dataclass(frozen=True)
-class Evidence:
+class PaperEvidence:
     """All that was computed.
 
     Attributes:
@@ -94,13 +94,13 @@ class Evidence:
     faults: Sequence[FaultCase]
     optimum_speed_m_s: float
     optimum_power_w: float
-    servo: Sequence[SpeedRow]
+    servo: Sequence[SimulatedSpeed]
     servo_effects: tuple[str, ...]
     reading: Mapping[str, float]
     sweep_s: float | None
 
 
-def rows(evidence: Evidence) -> list[Row]:
+def rows(evidence: PaperEvidence) -> list[Row]:
     """The table, claim by claim."""
     parts = (_viscous, _wheeled, _coulomb, _no_coulomb, _protocol, _gap, _faults, _hardware)
     return [row for part in parts for row in part(evidence)]
@@ -175,7 +175,7 @@ def _power(claim: str, front: Front, joint_power_w: float, paper_w: float) -> Ro
     return Row(claim, "power at 6 m/s", f"about {paper_w:g} W", ours, agrees, "" if agrees else why)
 
 
-def _viscous(e: Evidence) -> Iterator[Row]:
+def _viscous(e: PaperEvidence) -> Iterator[Row]:
     front = e.fronts["saito"]
     slow, fast = front.at(SLOW_OMEGA, "alpha_deg"), front.at(FAST_OMEGA, "alpha_deg")
     rising = trend(front, "alpha_deg") == "rising"
@@ -200,7 +200,7 @@ def _viscous(e: Evidence) -> Iterator[Row]:
     yield _power("1f", front, e.joint_power_w["saito"], 200)
 
 
-def _wheeled(e: Evidence) -> Iterator[Row]:
+def _wheeled(e: PaperEvidence) -> Iterator[Row]:
     front, lying = e.fronts["saito_wheeled"], e.fronts["saito"]
     yield _constant_alpha("2a", front, 27)
     yield _beta("2b", front, 78)
@@ -220,7 +220,7 @@ def _wheeled(e: Evidence) -> Iterator[Row]:
     yield _power("2f", front, e.joint_power_w["saito_wheeled"], 160)
 
 
-def _coulomb(e: Evidence) -> Iterator[Row]:
+def _coulomb(e: PaperEvidence) -> Iterator[Row]:
     front = e.fronts["penn_state"]
     key = [f"alpha at {line_speed(w):.3f} m/s, deg" for w in (2.0, 5.0)]
     without = (
@@ -258,7 +258,7 @@ def _coulomb(e: Evidence) -> Iterator[Row]:
     )  # fmt: skip
 
 
-def _no_coulomb(e: Evidence) -> Iterator[Row]:
+def _no_coulomb(e: PaperEvidence) -> Iterator[Row]:
     front, rough = e.fronts["penn_state_viscous"], e.fronts["penn_state"]
     yield _constant_alpha("4a", front, 30)
     yield _beta("4b", front, 80)
@@ -296,7 +296,7 @@ def _no_coulomb(e: Evidence) -> Iterator[Row]:
     )  # fmt: skip
 
 
-def _protocol(e: Evidence) -> Iterator[Row]:
+def _protocol(e: PaperEvidence) -> Iterator[Row]:
     swept = e.fronts["penn_state"].pareto.rows
     gaits = int(np.count_nonzero(swept[:, 2] <= FAST_OMEGA))
     yield Row("5a", "gaits of the sweep, 8 cycles each", "9000", f"{gaits}", gaits == 9000, "")
@@ -308,7 +308,7 @@ def _protocol(e: Evidence) -> Iterator[Row]:
     )  # fmt: skip
 
 
-def _gap(e: Evidence) -> Iterator[Row]:
+def _gap(e: PaperEvidence) -> Iterator[Row]:
     by_omega = {round(row.omega_rad_s, 6): row for row in e.servo}
     source = (
         f"all of 6: servo fitted to these very numbers: {' + '.join(e.servo_effects)} (snakebot study gap)"
@@ -342,7 +342,7 @@ def _gap(e: Evidence) -> Iterator[Row]:
         )  # fmt: skip
 
 
-def _faults(e: Evidence) -> Iterator[Row]:
+def _faults(e: PaperEvidence) -> Iterator[Row]:
     ratio = {(case.kind, case.joints): case.speed_ratio for case in e.faults}
     power = {(case.kind, case.joints): case.power_ratio for case in e.faults}
     single = [ratio["free", (joint,)] for joint in range(1, 6)]
@@ -382,7 +382,7 @@ def _faults(e: Evidence) -> Iterator[Row]:
     )  # fmt: skip
 
 
-def _hardware(e: Evidence) -> Iterator[Row]:
+def _hardware(e: PaperEvidence) -> Iterator[Row]:
     robot = e.fronts["penn_state"].pareto.robot
     counts = robot.encoder_counts_per_rev
     yield Row(

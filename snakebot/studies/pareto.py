@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from snakebot.arrays import Floats
+from snakebot.arrays import Floats, Ints
 from snakebot.errors import BadInputError
 from snakebot.robot import Robot
 from snakebot.studies import sweep as sweeps
-from snakebot.studies.sweep import POWER, SPEED, Conditions, Progress
+from snakebot.studies.sweep import POWER, SPEED, Conditions, SweepCallback
 
 # The paper's grid (Section V): 9000 gaits.
 ALPHA_DEG = np.arange(3.0, 90.1, 3.0)
@@ -32,7 +32,7 @@ def paper_grid() -> Floats:
     return np.column_stack([alpha.ravel(), beta.ravel(), omega.ravel()])
 
 
-def front_of(speed: npt.ArrayLike, power: npt.ArrayLike) -> npt.NDArray[np.intp]:
+def front_of(speed: npt.ArrayLike, power: npt.ArrayLike) -> Ints:
     """Indices of the gaits that no other one beats in both speed and power, from slow to fast.
 
     Gaits that do not move forward, or whose figures are not numbers, are on no front.
@@ -50,7 +50,7 @@ class Pareto:
 
     robot: Robot
     rows: Floats
-    front: npt.NDArray[np.intp]
+    front: Ints
 
     def optimum(self, omega_rad_s: float) -> dict[str, float] | None:
         """The front's fastest gait at one frequency; None where the front has no gait of that frequency."""
@@ -105,7 +105,7 @@ def pareto(
     *,
     gaits: npt.ArrayLike | None = None,
     refinements: int = 0,
-    progress: Progress | None = None,
+    progress: SweepCallback | None = None,
     dask: str | None = None,
 ) -> Pareto:
     """Sweep the grid (the paper's without ``gaits``) and find its front.
@@ -144,7 +144,7 @@ def _spacing(values: Floats) -> float:
     return float(np.diff(distinct).min()) if len(distinct) > 1 else 0.0
 
 
-def _neighbours(rows: Floats, front: npt.NDArray[np.intp], spacing: Floats) -> Floats:
+def _neighbours(rows: Floats, front: Ints, spacing: Floats) -> Floats:
     """Gaits one spacing away from the front's in alpha, beta or both, that have not been computed."""
     steps = np.array([(a, b, 0) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b], dtype=float)
     candidates = (rows[front, None, :3] + steps * spacing).reshape(-1, 3)

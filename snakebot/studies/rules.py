@@ -15,7 +15,7 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
 from snakebot.robot import Robot
-from snakebot.studies.optimum import Optimum, cheapest
+from snakebot.studies.optimum import SweptOptimum, cheapest
 from snakebot.studies.pareto import front_of
 
 ALPHA_DEG, BETA_DEG = np.arange(18.0, 91.0, 6.0), np.arange(36.0, 133.0, 12.0)
@@ -87,7 +87,7 @@ def choices(robot: Robot, omega_rad_s: float = 2.0) -> list[Choice]:
     return found
 
 
-def _at(omega: float, rule: str, optima: Sequence[Optimum]) -> Choice:
+def _at(omega: float, rule: str, optima: Sequence[SweptOptimum]) -> Choice:
     rows = sorted(optima, key=lambda o: o.omega_rad_s)
     omegas = [o.omega_rad_s for o in rows]
     values = [

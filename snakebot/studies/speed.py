@@ -8,17 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from snakebot.analysis.prediction import AVERAGED_CYCLES, CYCLES
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.robot import Robot
 
-# Simulated, and of these the last that count: what comes before is not steady. Chosen.
-CYCLES, AVERAGED_CYCLES = 8, 4
 RATE_HZ = 100.0  # of the set-points; they are held in between, as a board does
 
 
 @dataclass(frozen=True)
-class SpeedRow:
+class SimulatedSpeed:
     """One omega: what ideal joints, these servos, and sines fitted to these servos' angles make of the gait."""
 
     alpha_deg: float
@@ -36,7 +35,7 @@ def speed_study(
     gaits: Sequence[Gait],
     effects: Sequence[str] = (),
     progress: Callable[[int, int], None] | None = None,
-) -> list[SpeedRow]:
+) -> list[SimulatedSpeed]:
     """The servo model is the robot's own lag and its effects, with ``effects`` (grammar of --effect) added.
 
     Raises:
@@ -54,7 +53,7 @@ def speed_study(
     return rows
 
 
-def _one(robot: Robot, gait: Gait, effects: Sequence[str]) -> SpeedRow:
+def _one(robot: Robot, gait: Gait, effects: Sequence[str]) -> SimulatedSpeed:
     from snakebot.analysis.prediction import predict_fits, predict_gait
     from snakebot.analysis.sine import fit_sine
     from snakebot.analysis.speed import speed_error_percent
@@ -82,7 +81,7 @@ def _one(robot: Robot, gait: Gait, effects: Sequence[str]) -> SpeedRow:
         tracking(found.encoder_rad[steady, joint], command[steady, joint], gait.alpha_rad).te
         for joint in range(robot.joints)
     )
-    return SpeedRow(
+    return SimulatedSpeed(
         alpha_deg=float(np.degrees(gait.alpha_rad)),
         beta_deg=float(np.degrees(gait.beta_rad)),
         omega_rad_s=gait.omega_rad_s,
@@ -94,6 +93,6 @@ def _one(robot: Robot, gait: Gait, effects: Sequence[str]) -> SpeedRow:
     )
 
 
-def summary(robot: Robot, effects: Sequence[str], rows: Sequence[SpeedRow]) -> dict[str, Any]:
+def summary(robot: Robot, effects: Sequence[str], rows: Sequence[SimulatedSpeed]) -> dict[str, Any]:
     """Plain values for ``--json``."""
     return {"robot": robot.name, "effects": list(effects), "rows": [asdict(row) for row in rows]}

@@ -26,7 +26,7 @@ from snakebot.robot import Robot
 if TYPE_CHECKING:
     import pyarrow as pa
 
-Progress = Callable[[int, int], None]  # gaits done, gaits in all
+SweepCallback = Callable[[int, int], None]  # gaits done, gaits in all
 
 CHUNK = 256  # gaits: at least a tenth of a second of work, so that handing it over costs nothing
 COLUMNS = (
@@ -94,7 +94,7 @@ def sweep(
     gaits: npt.ArrayLike,
     folder: str | os.PathLike[str] | None = None,
     *,
-    progress: Progress | None = None,
+    progress: SweepCallback | None = None,
     dask: str | None = None,
 ) -> Floats:
     """Simulate gaits of shape (G, 3) or (G, 4); returns rows of ``COLUMNS`` in the order of the gaits.

@@ -17,7 +17,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 from snakebot.runlog import channels
-from snakebot.view.messages import STATUS, Packet
+from snakebot.view.messages import STATUS, ViewPacket
 
 SUBPROTOCOLS = ("foxglove.websocket.v1", "foxglove.sdk.v1")
 _MESSAGE = struct.Struct("<BIQ")  # opcode, subscription, log time in ns
@@ -34,7 +34,7 @@ class Viewers:
         self._session = secrets.token_hex(8)
         self._open: set[_Viewer] = set()
 
-    def take(self, packet: Packet) -> None:
+    def take(self, packet: ViewPacket) -> None:
         """Hand one record on to whoever has asked for its channel."""
         if packet.channel_id != STATUS:
             for viewer in self._open:
@@ -107,7 +107,7 @@ class _Viewer:
             for number in request["subscriptionIds"]:
                 self._subscriptions.pop(number, None)
 
-    def take(self, packet: Packet) -> None:
+    def take(self, packet: ViewPacket) -> None:
         for number, channel_id in self._subscriptions.items():
             if channel_id == packet.channel_id:
                 self._queue.append(_MESSAGE.pack(_MESSAGE_DATA, number, packet.log_time_ns) + packet.data)

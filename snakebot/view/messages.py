@@ -18,7 +18,7 @@ _HEAD = struct.Struct("<BQ")
 
 
 @dataclass(frozen=True, slots=True)
-class Packet:
+class ViewPacket:
     """One record: ``data`` is JSON."""
 
     channel_id: int
@@ -43,7 +43,7 @@ def pack(channel_id: int, log_time_ns: int, data: bytes | Mapping[str, Any]) -> 
     return _HEAD.pack(channel_id, log_time_ns) + text
 
 
-def unpack(packet: bytes) -> Packet:
+def unpack(packet: bytes) -> ViewPacket:
     """
     Raises:
         ValueError: too short for a packet; an empty one means that the other end has gone.
@@ -51,4 +51,4 @@ def unpack(packet: bytes) -> Packet:
     if len(packet) < _HEAD.size:
         raise ValueError("the other end has gone" if not packet else "a torn packet")
     channel_id, log_time_ns = _HEAD.unpack_from(packet)
-    return Packet(channel_id, log_time_ns, packet[_HEAD.size :])
+    return ViewPacket(channel_id, log_time_ns, packet[_HEAD.size :])

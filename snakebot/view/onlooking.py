@@ -20,7 +20,7 @@ from snakebot.errors import BoardFaultError, LostBoardError, NoBoardError
 from snakebot.robot import Robot
 from snakebot.runlog import channels, records
 from snakebot.view.feed import about_run
-from snakebot.view.messages import STATUS, Packet, pack, unpack
+from snakebot.view.messages import STATUS, ViewPacket, pack, unpack
 from snakebot.view.server import Server
 
 _LISTEN_S = 0.01  # a stop waits no longer than this for the line
@@ -28,7 +28,7 @@ _STATUS_S = 0.2  # between two lines of status; chosen
 _SILENT_S = 0.5  # a board beats ten times a second
 _OBEYS_S = STOPPING_S + 0.5  # for the board's word that it has stopped
 
-Take = Callable[[Packet], None]
+Take = Callable[[ViewPacket], None]
 
 
 class Watch:
@@ -166,7 +166,7 @@ class Watch:
         self._record(channels.EVENTS, channels.encode_event(event, self._start_ns))
 
     def _record(self, channel: channels.Channel, data: bytes) -> None:
-        self._give(Packet(channel.id, self._start_ns + round(self._t_s * 1e9), data))
+        self._give(ViewPacket(channel.id, self._start_ns + round(self._t_s * 1e9), data))
 
 
 async def look_on(
@@ -204,6 +204,6 @@ async def look_on(
             watch.end()
 
 
-def _thread_safe(loop: asyncio.AbstractEventLoop, server: Server, packet: Packet) -> None:
+def _thread_safe(loop: asyncio.AbstractEventLoop, server: Server, packet: ViewPacket) -> None:
     with contextlib.suppress(RuntimeError):  # the page is closed already
         loop.call_soon_threadsafe(server.take, packet)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from snakebot.runlog import channels
-from snakebot.view.messages import STATUS, Packet
+from snakebot.view.messages import STATUS, ViewPacket
 
 KEPT_S = 30.0  # that a page shows when it comes; chosen
 ROW_S = 0.02  # rows of the strip charts are at least this far apart: 50 a second is more than a screen shows
@@ -82,7 +82,7 @@ class Picture:
         """The number that the next row will have."""
         return self.first + len(self.rows)
 
-    def take(self, packet: Packet) -> None:
+    def take(self, packet: ViewPacket) -> None:
         """Take in one record.
 
         Raises:

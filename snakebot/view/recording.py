@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from snakebot.runlog import RunLog, channels, records
-from snakebot.view.messages import STATUS, Packet, pack, unpack
+from snakebot.view.messages import STATUS, ViewPacket, pack, unpack
 from snakebot.view.picture import KEPT_S
 from snakebot.view.server import Server
 
@@ -55,11 +55,11 @@ class Recording:
             return "silent"  # torn off, the line lost, or another program's: what became of the joints is not known
         return next(mode for since_s, mode in reversed(self._modes) if since_s <= t_s)
 
-    def events_before(self, index: int) -> list[Packet]:
+    def events_before(self, index: int) -> list[ViewPacket]:
         """The events up to a place in the order of time, oldest first: what they tell of the joints still holds."""
         return [self.packet(int(place)) for place in np.flatnonzero(self._kinds[:index] == _EVENT)]
 
-    def packet(self, index: int) -> Packet:
+    def packet(self, index: int) -> ViewPacket:
         """The record at a place in the order of time."""
         kind, number, log = int(self._kinds[index]), int(self._numbers[index]), self._log
         start_ns = int(log.host_time_ns[0] - round(log.t_s[0] * 1e9))
@@ -79,7 +79,7 @@ class Recording:
             case _:
                 counters = _at(log.link, number)
                 channel, data = channels.LINK, channels.encode_link(records.LinkRecord(t_s, counters))
-        return Packet(channel.id, max(0, start_ns + round(t_s * 1e9)), data)
+        return ViewPacket(channel.id, max(0, start_ns + round(t_s * 1e9)), data)
 
     def _tick(self, number: int) -> records.Tick:
         log = self._log

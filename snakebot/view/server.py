@@ -25,7 +25,7 @@ from websockets.typing import Subprotocol
 
 from snakebot.view import foxglove, pages
 from snakebot.view.files import Doorkeeper, answer, refusal
-from snakebot.view.messages import STATUS, Packet, pack, unpack
+from snakebot.view.messages import STATUS, ViewPacket, pack, unpack
 from snakebot.view.picture import Picture
 
 # Bytes from the run to the server's process; chosen: a tick of 16 joints has some kB.
@@ -86,7 +86,7 @@ class Server:
         self._door: Doorkeeper | None = None
         self._server: WebSocketServer | None = None
 
-    def take(self, packet: Packet) -> None:
+    def take(self, packet: ViewPacket) -> None:
         """Take in one record of the run."""
         with contextlib.suppress(ValueError, KeyError, TypeError):  # a damaged record is left out
             self.picture.take(packet)

@@ -12,7 +12,7 @@ from snakebot.calibrated.recorded import asked_speed, reached
 from snakebot.diagnosis.show.apply import calibrated
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion
-from snakebot.optimise.outcomes import Simulator
+from snakebot.optimise.outcomes import GaitSimulator
 from snakebot.optimise.promise import row_of
 from snakebot.robot import Recorded, load_robot
 from snakebot.runlog import Run
@@ -32,7 +32,7 @@ def test_the_fastest_gait_the_largest_joint_speed_and_the_torque_of_its_simulati
     assert found is not None
     assert found.omega_rad_s == 3
     assert found.joint_speed_rad_s == pytest.approx([wide.alpha_rad * 2] * 5, rel=0.03)
-    torques = [Simulator([(ROBOT, ())])(row_of(gait)[None]).torque_nm[0, 0] for gait in (fast, wide)]
+    torques = [GaitSimulator([(ROBOT, ())])(row_of(gait)[None]).torque_nm[0, 0] for gait in (fast, wide)]
     assert found.torque_nm is not None
     assert 0.98 * max(torques) < max(found.torque_nm) < 1.35 * max(torques)  # in the ramps it is more
     assert found.torque_nm[0] < found.torque_nm[2]  # the tail bears less

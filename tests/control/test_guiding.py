@@ -266,8 +266,8 @@ def test_a_gait_that_cannot_be_steered_is_not_changed_to(tmp_path: Path) -> None
             board, ROBOT, plan_run(GAIT, 5, duration_s=8).motion_from, rate_hz=100, clock=board.clock,
             amplitude_rad=1.0, course=Course.of_heading(0),
         )  # fmt: skip
-        loop._motion = plan_run(GAIT, 5, duration_s=8).from_straight()
+        loop._streamed.now = plan_run(GAIT, 5, duration_s=8).from_straight()
         with pytest.raises(BadInputError):
             loop.change_gait(Gait.from_degrees(1, 80, 2))
-        check_motion(loop._motion, ROBOT)
+        check_motion(loop._streamed.now, ROBOT)
         assert loop.gait == GAIT

@@ -161,7 +161,7 @@ def test_what_cannot_be_read_is_kept_and_told_while_its_process_may_live(place: 
         assert not found.runs
         assert found.unclear == {other.pid: path}
         assert path.exists()
-    assert registry.look() == registry.Found([], {})
+    assert registry.look() == registry.RegisteredRuns([], {})
     assert path.read_text() == text
 
 
@@ -194,7 +194,7 @@ def test_a_run_that_was_killed_and_not_waited_for_does_not_live(place: Path) -> 
 def test_a_number_that_is_used_again_is_not_the_run(place: Path) -> None:
     with innocent() as other:
         path = lay(place, os.getuid(), other.pid, registration(other.pid, started_like=os.getppid()))
-        assert registry.look() == registry.Found([], {})
+        assert registry.look() == registry.RegisteredRuns([], {})
         assert not path.exists()
         with pytest.raises(ProcessLookupError):
             registry.stop(registry.RunningRun(other.pid, "sim:", os.getuid(), "boot 1"))
@@ -231,7 +231,7 @@ def test_root_finds_the_runs_of_other_users(place: Path) -> None:
 def test_nobody_aims_roots_signals_at_the_process_of_another(place: Path) -> None:
     with innocent() as other:
         path = lay(place, NOBODY, other.pid, registration(other.pid))
-        assert registry.look() == registry.Found([], {})
+        assert registry.look() == registry.RegisteredRuns([], {})
         assert path.exists()  # nor are their files ours to delete
 
 

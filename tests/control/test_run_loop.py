@@ -367,7 +367,7 @@ def test_a_change_whose_check_takes_long_never_begins_in_the_past(
     check_s: float, changes: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The keyboard's thread checks while the loop goes on: what has begun already by then would be a jump."""
-    from snakebot.control import loop as loop_module
+    from snakebot.control import streamed
 
     bench = Bench(duration_s=24)
     new = Gait.from_degrees(40, 60, 3)
@@ -377,7 +377,7 @@ def test_a_change_whose_check_takes_long_never_begins_in_the_past(
         bench.loop.progress.t_s += check_s
 
     def change() -> None:
-        monkeypatch.setattr(loop_module, "check_motion", slow_check)
+        monkeypatch.setattr(streamed, "check_motion", slow_check)
         try:
             bench.loop.change_gait(new, 1.0)
         except BadInputError as error:

@@ -13,7 +13,7 @@ from snakebot.analysis.bodies import recorded_path
 from snakebot.analysis.run_analysis import analyze_run
 from snakebot.diagnosis import diagnose
 from snakebot.diagnosis.evidence.data import prepare
-from snakebot.diagnosis.evidence.ground import FORWARD, measured_ground, predicted, whole_angles
+from snakebot.diagnosis.evidence.ground import FORWARD, measured_ground, predicted
 from snakebot.physics import ChainModel
 from snakebot.runlog import Session, read_session, write_session
 
@@ -54,7 +54,9 @@ def test_only_the_speed_along_the_way_is_compared_and_a_true_model_predicts_it()
     assert set(ground.kind) == {FORWARD}
     assert ground.count >= 3
     assert data.robot.body is not None
-    made = predicted(ground, data, whole_angles(data), ChainModel.from_body(data.robot.body))
+    made = predicted(
+        ground, data, [run.measured_rad for run in data.runs], ChainModel.from_body(data.robot.body)
+    )
     assert np.abs(made - ground.value).max() < 0.004
     assert ground.value.max() > 0.05
 

@@ -25,9 +25,10 @@ import numpy as np
 from foreign_recordings import RECORDINGS
 
 from firmware_protocol.catalogue import codecs_of, decode, encode
-from firmware_protocol.dbc import layout_of, read_dbc
+from firmware_protocol.dbc import read_dbc
 from firmware_protocol.frame import Frame, ProtocolError
 from firmware_protocol.framing import StreamDecoder, pack_all, unpack
+from firmware_protocol.packing import Layout
 from snakebot.errors import SnakebotError
 from snakebot.servobus.dynamixel import Dynamixel, fast_pieces
 from snakebot.servobus.feetech import Feetech
@@ -121,7 +122,7 @@ def dynamixel(data: bytes) -> None:
 def dbc(data: bytes) -> None:
     read = read_dbc(data.decode("utf-8", "replace"))
     for message in read.messages:
-        layout = layout_of(message)
+        layout = Layout(message, [signal.name for signal in message.signals])
         assert layout.length <= 8
         layout.unpack(b"\x5a" * layout.length)
     codecs_of(read)

@@ -8,7 +8,7 @@ import pytest
 from snakebot.arrays import Floats
 from snakebot.effects import EffectSpec
 from snakebot.optimise.goal import Goal
-from snakebot.optimise.outcomes import Outcomes, Simulator
+from snakebot.optimise.outcomes import GaitSimulator, Outcomes
 from snakebot.optimise.search import Search
 from snakebot.optimise.space import Space
 from snakebot.robot import load_robot
@@ -19,7 +19,7 @@ ROBOT = load_robot("penn_state")
 @pytest.mark.parametrize("limit_rad_s", [1.0, 1.5])
 def test_a_brief_look_is_within_a_hundredth(limit_rad_s: float) -> None:
     gaits = np.array([[0.6, 1.4, 0.5], [0.6, 1.4, 1.0], [0.5, 1.2, 2.0], [0.4, 1.6, 4.0]])
-    simulator = Simulator([(ROBOT, [EffectSpec("rate_limit", {"limit_rad_s": limit_rad_s})])])
+    simulator = GaitSimulator([(ROBOT, [EffectSpec("rate_limit", {"limit_rad_s": limit_rad_s})])])
     brief, thorough = (simulator(gaits, thorough=long) for long in (False, True))
     np.testing.assert_allclose(brief.speed_m_s, thorough.speed_m_s, rtol=0.01)
     np.testing.assert_allclose(brief.power_in_w, thorough.power_in_w, rtol=0.01)

@@ -17,23 +17,25 @@ from snakebot.errors import BadInputError
 from snakebot.gait import Gait, load_gait
 from snakebot.optimise.goal import Goal
 from snakebot.optimise.optimum import fault_specs, optimise
-from snakebot.optimise.outcomes import Simulator
-from snakebot.optimise.promise import Options
+from snakebot.optimise.outcomes import GaitSimulator
+from snakebot.optimise.promise import OptimiseOptions
 from snakebot.optimise.space import Space
 from snakebot.robot import Interval, Limits, load_robot
 
 ROBOT = load_robot("penn_state")
-SMALL = Options(within={"alpha": (20, 60), "beta": (50, 110), "omega": (2, 3)}, draws=0, grid=(3, 3, 2))
+SMALL = OptimiseOptions(
+    within={"alpha": (20, 60), "beta": (50, 110), "omega": (2, 3)}, draws=0, grid=(3, 3, 2)
+)
 
 
 def test_simulator_and_paper_agree() -> None:
     """v(66, 80, 2) is 0.137 m/s with ideal tracking, 0.68 W (reference values of the model)."""
     gait = load_gait("penn_state_optimum")
     row = np.array([[gait.alpha_rad, gait.beta_rad, gait.omega_rad_s]])
-    found = Simulator([(ROBOT, ())])(row)
+    found = GaitSimulator([(ROBOT, ())])(row)
     assert found.speed_m_s[0, 0] == pytest.approx(0.137, rel=0.01)
     assert found.power_in_w[0, 0] == pytest.approx(0.68, rel=0.03)
-    swept = Simulator([(ROBOT, ())])(row, thorough=False)  # the compiled sweep
+    swept = GaitSimulator([(ROBOT, ())])(row, thorough=False)  # the compiled sweep
     assert swept.speed_m_s[0, 0] == pytest.approx(found.speed_m_s[0, 0], rel=0.01)
 
 
@@ -46,7 +48,7 @@ def test_a_bench_has_no_gait() -> None:
 def test_choice_intervals_front_and_count_in_a_tiny_space() -> None:
     robot = ROBOT.model_copy(update={"effects": ("rate_limit:limit_rad_s=1.2",)})
     tiny = {"alpha": (35, 36), "beta": (80, 81), "omega": (4, 4.1)}
-    options = Options(within=tiny, draws=2, robust=True, grid=(2, 2, 2))
+    options = OptimiseOptions(within=tiny, draws=2, robust=True, grid=(2, 2, 2))
     result = optimise(robot, Goal("speed"), options, beside={"other": Gait.from_degrees(30, 80, 4)})
     assert [row.what for row in result.others] == ["without the effects", "other"]
     assert result.effects == ("rate_limit:limit_rad_s=1.2",)
@@ -62,7 +64,7 @@ def test_choice_intervals_front_and_count_in_a_tiny_space() -> None:
 def test_no_gait_of_the_front_is_faster_than_the_fastest(torque_nm: float | None) -> None:
     """Brief looks keep off the limit of torque; what they leave there is looked for at length."""
     within = {"alpha": (25.0, 60.0), "beta": (30.0, 110.0), "omega": (2.0, 5.0)}
-    options = Options(within=within, draws=0, grid=(4, 4, 3), torque_nm=torque_nm)
+    options = OptimiseOptions(within=within, draws=0, grid=(4, 4, 3), torque_nm=torque_nm)
     result = optimise(ROBOT, Goal("speed"), options)
     assert max(row.speed_m_s for row in result.front) <= result.found.speed_m_s * 1.001
     if torque_nm is not None:
@@ -76,7 +78,7 @@ def test_no_gait_of_a_grid_is_better() -> None:
     goal = Goal("power-at-speed", 0.2)
     found = optimise(robot, goal, SMALL).found
     grid = Space.of(robot, SMALL.within).grid(8, 7, 4)
-    best = Simulator([(robot, ())])(grid, thorough=False)
+    best = GaitSimulator([(robot, ())])(grid, thorough=False)
     assert found.speed_m_s == pytest.approx(0.2, rel=3e-3)
     assert -found.power_w >= 1.01 * float(goal.worst(best).max())
 
@@ -109,7 +111,7 @@ def test_a_broken_joint_changes_the_choice() -> None:
     free = fault_specs([("free", (3,), 0.0)])
     broken = optimise(ROBOT, goal, replace(options, faults=free)).found
     row = np.array([[np.radians(whole.alpha_deg), np.radians(whole.beta_deg), whole.omega_rad_s]])
-    same_gait = Simulator([(ROBOT, free)])(row)
+    same_gait = GaitSimulator([(ROBOT, free)])(row)
     assert same_gait.speed_m_s[0, 0] < 0.95 * whole.speed_m_s  # the choice of the whole robot no longer does
     assert broken.speed_m_s == pytest.approx(0.1, rel=3e-3)
     moved = abs(broken.alpha_deg - whole.alpha_deg) + abs(broken.beta_deg - whole.beta_deg)

@@ -14,7 +14,7 @@ from snakebot.effects import parse_effect
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.optimise.posterior import draws, interval, is_known
-from snakebot.optimise.promise import Options, promises, row_of
+from snakebot.optimise.promise import OptimiseOptions, promises, row_of
 from snakebot.robot import Interval, Provenance, Robot, load_robot
 
 ROBOT = load_robot("penn_state")
@@ -107,7 +107,7 @@ def test_what_nothing_is_learnt_from_is_refused(verdict: str) -> None:
 def test_a_faster_gait_may_be_off_by_as_large_a_share_of_its_speed() -> None:
     known = ROBOT.model_copy(update={"tolerance": calibrated(ROBOT, WALKED).tolerance})
     gaits = [("slow", row_of(Gait.from_degrees(20, 80, 0.5))), ("fast", row_of(Gait.from_degrees(40, 60, 3)))]
-    options = Options(draws=39)
+    options = OptimiseOptions(draws=39)
     wider = []
     for less, more in zip(promises(ROBOT, gaits, options), promises(known, gaits, options), strict=True):
         assert less.speed_ci95

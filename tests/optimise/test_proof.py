@@ -14,7 +14,7 @@ from snakebot.cli.main import cli, main
 from snakebot.gait import Gait
 from snakebot.optimise.goal import Goal
 from snakebot.optimise.optimum import optimise
-from snakebot.optimise.promise import Options, Promise
+from snakebot.optimise.promise import OptimiseOptions, Promise
 from snakebot.optimise.proof import Proof, prove
 from snakebot.robot import load_robot
 
@@ -165,7 +165,7 @@ def test_live_ends_with_the_line_that_runs_the_choice_on_that_robot_and_board(
     mine, said = tmp_path / "mine.yaml", list[str]()
     mine.write_text(load_robot("penn_state").model_copy(update={"name": "mine"}).to_yaml())
     within = {"alpha": (35.0, 36.0), "beta": (80.0, 81.0), "omega": (2.0, 2.1)}
-    options = Options(within=within, draws=0, grid=(2, 2, 2))
+    options = OptimiseOptions(within=within, draws=0, grid=(2, 2, 2))
     found = optimise(load_robot(mine), Goal("speed"), options)
     nothing = Proof(None, None, (), None, None, (0, 0))
     monkeypatch.setattr("snakebot.cli.optimize_live.optimize_live", lambda *_: (found, nothing))

@@ -16,7 +16,7 @@ from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.optimise.goal import Goal
 from snakebot.optimise.optimum import optimise
-from snakebot.optimise.promise import Options, promises, row_of
+from snakebot.optimise.promise import OptimiseOptions, promises, row_of
 from snakebot.optimise.reach import Reach, beyond, no_more
 from snakebot.physics import servo_layout as layout
 from snakebot.robot import Recorded, Robot, load_robot
@@ -56,8 +56,8 @@ def test_the_servos_end_where_the_recordings_did_or_earlier() -> None:
 
 def test_a_gait_beyond_is_promised_with_what_is_left_and_one_within_without() -> None:
     gaits = [("fast", row_of(Gait.from_degrees(40, 80, 4))), ("slow", row_of(Gait.from_degrees(40, 80, 2)))]
-    fast, slow = promises(seen(), gaits, Options(draws=0))
-    plain = promises(ROBOT, gaits, Options(draws=0))
+    fast, slow = promises(seen(), gaits, OptimiseOptions(draws=0))
+    plain = promises(ROBOT, gaits, OptimiseOptions(draws=0))
     assert [fast.speed_m_s, slow.speed_m_s] == [one.speed_m_s for one in plain]
     assert fast.speed_no_more_m_s is not None
     assert fast.speed_no_more_m_s < 0.9 * fast.speed_m_s
@@ -70,8 +70,8 @@ def test_a_hidden_limit_leaves_no_less_than_was_told() -> None:
     """A torque limit just above what the recordings asked for: they say nothing of it, and the gait is a cliff."""
     row = row_of(Gait.from_degrees(31, 25, 5))
     weak = Recorded(omega_rad_s=5.0, joint_speed_rad_s=(3.0,) * 5, torque_nm=(0.8,) * 5)
-    (told,) = promises(seen(weak), [("fast", row)], Options(draws=0))
-    (true,) = promises(seen(weak, "torque_limit:limit_nm=0.9"), [("fast", row)], Options(draws=0))
+    (told,) = promises(seen(weak), [("fast", row)], OptimiseOptions(draws=0))
+    (true,) = promises(seen(weak, "torque_limit:limit_nm=0.9"), [("fast", row)], OptimiseOptions(draws=0))
     assert true.speed_m_s < 0.5 * told.speed_m_s
     assert [one.what for one in told.beyond] == ["a torque"]
     assert told.speed_no_more_m_s is not None
@@ -82,7 +82,7 @@ def test_a_hidden_limit_leaves_no_less_than_was_told() -> None:
 @pytest.mark.parametrize("margin", [0.0, 0.1])
 def test_within_the_recordings_nothing_is_beyond(margin: float) -> None:
     within = {"alpha": (20.0, 60.0), "beta": (40.0, 110.0), "omega": (1.0, 5.0)}
-    options = Options(within=within, draws=0, grid=(3, 3, 3), margin=margin, within_recorded=True)
+    options = OptimiseOptions(within=within, draws=0, grid=(3, 3, 3), margin=margin, within_recorded=True)
     found = optimise(seen(RECORDED, "rate_limit:limit_rad_s=3"), Goal("speed"), options)
     for one in (found.found, *found.others):
         assert not one.beyond
@@ -98,21 +98,21 @@ def test_a_margin_is_of_what_a_servo_has_and_not_of_what_was_recorded() -> None:
     reach = Reach.of(seen(), None, 0.2)
     assert reach.torque_nm is not None
     assert max(reach.torque_nm) * 0.8 == pytest.approx(0.7)
-    assert Options(within_recorded=True, torque_nm=0.5).torque(seen()) == pytest.approx(
+    assert OptimiseOptions(within_recorded=True, torque_nm=0.5).torque(seen()) == pytest.approx(
         (0.4 / 0.9, 0.5, 0.5, 0.5, 0.4 / 0.9)
     )
 
 
 def test_nothing_recorded_or_all_beyond_is_refused() -> None:
     with pytest.raises(BadInputError, match="does not say what was recorded: write its description by"):
-        Options(within_recorded=True).space(ROBOT)
+        OptimiseOptions(within_recorded=True).space(ROBOT)
     with pytest.raises(
         BadInputError, match="omega from 3 rad/s on is beyond the fastest recorded gait, 2 rad/s"
     ):
-        Options(within={"omega": (3.0, 4.0)}, within_recorded=True).space(seen())
+        OptimiseOptions(within={"omega": (3.0, 4.0)}, within_recorded=True).space(seen())
     still = Recorded(joint_speed_rad_s=(0.0,) * 5)
     with pytest.raises(BadInputError, match="what was recorded allows joints 0 rad/s"):
-        Options(within_recorded=True).space(seen(still))
+        OptimiseOptions(within_recorded=True).space(seen(still))
 
 
 def test_a_servo_of_another_kind_has_no_such_limits() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from snakebot.arrays import Floats
 from snakebot.physics import servo_layout as layout
 from snakebot.physics.servo_first_order import is_first_order
 from snakebot.physics.servos_apart import run_apart
@@ -16,7 +17,7 @@ SAME_RAD = (
 
 
 @st.composite
-def servos(draw: st.DrawFn) -> layout.Rows:
+def servos(draw: st.DrawFn) -> Floats:
     """Rows of two first-order servos."""
     rows = layout.nominal_parameters(2, 0.0)
     for row in rows:
@@ -39,7 +40,7 @@ def servos(draw: st.DrawFn) -> layout.Rows:
 
 @given(rows=servos(), seed=st.integers(0, 2**32 - 1), late_s=st.floats(0.0, 0.08), loaded=st.booleans())
 def test_both_loops_move_a_first_order_servo_alike(
-    rows: layout.Rows, seed: int, late_s: float, loaded: bool
+    rows: Floats, seed: int, late_s: float, loaded: bool
 ) -> None:
     rng = np.random.default_rng(seed)
     t_s = [np.cumsum(rng.uniform(1e-6, 0.03, size)) for size in (40, 1, 7)]

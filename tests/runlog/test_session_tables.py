@@ -26,7 +26,7 @@ def test_a_byte_order_mark_is_put_up_with(tmp_path: Path) -> None:
 
 
 def test_a_gzip_bomb_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(number_table, "MAX_BYTES", 1 << 20)
+    monkeypatch.setattr(number_table, "MAX_TABLE_BYTES", 1 << 20)
     row = b"0.5,0.0,0.0\n"
     bomb = gzip.compress(b"t_s,cmd_1_rad,enc_1_rad\n" + row * (20 << 20 >> 3))
     folder = session_folder(tmp_path / "s", bomb, ONE_JOINT.replace("run.csv", "run.csv.gz"), "run.csv.gz")

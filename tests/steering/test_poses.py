@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from snakebot.steering.poses import STALE_S, Pose, PoseWindow
+from snakebot.steering.poses import STALE_S, PoseWindow, TimedPose
 
 PERIOD_S = 2.0
 
@@ -19,9 +19,9 @@ def window(until_s: float = 5.0, step_s: float = 0.01) -> PoseWindow:
     return made
 
 
-def swinging(t: float) -> Pose:
+def swinging(t: float) -> TimedPose:
     swing = math.sin(math.tau * t / PERIOD_S)
-    return Pose(
+    return TimedPose(
         t, 0.2 * t * math.cos(0.5) + 0.02 * swing, 0.2 * t * math.sin(0.5) - 0.02 * swing,
         0.5 + math.radians(10) * swing,
     )  # fmt: skip
@@ -52,7 +52,9 @@ def test_the_heading_is_averaged_across_the_half_turn() -> None:
     made = PoseWindow(PERIOD_S)
     for number in range(401):
         t = number * 0.01
-        made.add(Pose(t, 0, 0, math.remainder(math.pi + 0.2 * math.sin(math.tau * t / PERIOD_S), math.tau)))
+        made.add(
+            TimedPose(t, 0, 0, math.remainder(math.pi + 0.2 * math.sin(math.tau * t / PERIOD_S), math.tau))
+        )
     mean = made.mean()
     assert mean is not None
     assert math.remainder(mean.heading_rad - math.pi, math.tau) == pytest.approx(0, abs=0.01)
@@ -63,8 +65,8 @@ def test_one_damaged_pose_counts_for_nothing() -> None:
     for number in range(1, 50):
         t = 5.0 + number * 0.01
         if number % 10 == 0:
-            assert not made.add(Pose(t, 81.3, 0.1, 0.5))
-            assert not made.add(Pose(t, swinging(t).x_m, swinging(t).y_m, 3.0))
+            assert not made.add(TimedPose(t, 81.3, 0.1, 0.5))
+            assert not made.add(TimedPose(t, swinging(t).x_m, swinging(t).y_m, 3.0))
         made.add(swinging(t))
         clean.add(swinging(t))
     assert made.mean() == clean.mean()
@@ -104,5 +106,5 @@ def test_a_time_that_goes_back_is_left_out() -> None:
 def test_a_fast_source_is_thinned() -> None:
     made = PoseWindow(60.0)
     for number in range(13000):
-        made.add(Pose(number * 0.01, 0, 0, 0))
+        made.add(TimedPose(number * 0.01, 0, 0, 0))
     assert len(made._poses) < 140

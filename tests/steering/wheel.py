@@ -12,7 +12,7 @@ from snakebot.gait import OffsetTrack
 from snakebot.steering import Course
 from snakebot.steering.authority import Authority
 from snakebot.steering.law import Decision, SteeringLaw
-from snakebot.steering.poses import Pose, PoseWindow
+from snakebot.steering.poses import PoseWindow, TimedPose
 from snakebot.steering.response import Response
 
 MODEL = Response(1.15, 0.0, 0.17, math.pi, 0.96)  # as the built-in robot at (37, 80, 2)
@@ -46,7 +46,7 @@ class Wheel:
             t = step * POSE_S
             share = min(t / self.ramp_s, 1.0)
             swing = share * UNDULATION_RAD * math.sin(math.tau * t / period)
-            window.add(Pose(t, x, y, heading + swing))
+            window.add(TimedPose(t, x, y, heading + swing))
             if t >= due_s:
                 mean = window.mean()
                 assert mean is not None

@@ -21,9 +21,9 @@ from snakebot.studies.gap import TARGETS, GapFit, gap_study, paper_gait
 from snakebot.studies.hyperredundancy import FaultCase
 from snakebot.studies.inference import READINGS, Fact, evaluate
 from snakebot.studies.optimum import cheapest, omega_over_speed, slope_through_origin
-from snakebot.studies.paper_claims import Evidence, Front, Row, rows, trend
+from snakebot.studies.paper_claims import Front, PaperEvidence, Row, rows, trend
 from snakebot.studies.pareto import Pareto, front_of
-from snakebot.studies.speed import SpeedRow, speed_study
+from snakebot.studies.speed import SimulatedSpeed, speed_study
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "studies.md").read_text()
 # What a test leaves out of the page's commands: readings, pairs of effects and most gaits.
@@ -57,7 +57,7 @@ def front(robot_name: str, *args: float | tuple[float, float]) -> Front:
     return Front(Pareto(robot, found, front_of(found[:, 4], found[:, 6])), tuple(optima))
 
 
-def as_the_paper_says() -> Evidence:
+def as_the_paper_says() -> PaperEvidence:
     """Evidence under which every claim that a simulation can show holds."""
     ratio: dict[tuple[str, tuple[int, ...]], float] = {}
     for count in (1, 2, 3):
@@ -73,8 +73,8 @@ def as_the_paper_says() -> Evidence:
     for omega, error in ((2.0, 0.05), (3.0, 0.1), (4.0, 0.3), (5.0, 0.6)):
         speed = published.get((omega, "speed_m_s"), 0.2)
         sine = published.get((omega, "sine_replay_speed_m_s"), 0.2)
-        servo.append(SpeedRow(66, 80, omega, 0.2 if omega < 4 else 0.4, speed, sine, (error,) * 5, 0.0))
-    return Evidence(
+        servo.append(SimulatedSpeed(66, 80, omega, 0.2 if omega < 4 else 0.4, speed, sine, (error,) * 5, 0.0))
+    return PaperEvidence(
         fronts={
             "saito": front("saito", (15.0, 25.0), 60.0, 1 / 0.83, 200 / 36),
             "saito_wheeled": front("saito_wheeled", (27.0, 27.0), 78.0, 1 / 0.88, 160 / 36),
@@ -93,7 +93,7 @@ def as_the_paper_says() -> Evidence:
     )
 
 
-def by_claim(evidence: Evidence) -> dict[str, Row]:
+def by_claim(evidence: PaperEvidence) -> dict[str, Row]:
     table = rows(evidence)
     assert len({row.claim for row in table}) == len(table)
     return {row.claim: row for row in table}

@@ -22,7 +22,6 @@ from snakebot.studies.friction import (
     fit_friction,
     forces,
     read_table,
-    rolling_power_w,
 )
 from snakebot.studies.hyperredundancy import fault_cases
 from snakebot.studies.near_optimum import near_optimum
@@ -269,11 +268,6 @@ def test_rows_that_are_all_alike_are_refused() -> None:
         fit_friction([Measurement(0.04, 0.1, 0.0)] * 6, 1.43)
     with pytest.raises(BadInputError, match="rows"):
         fit_friction(bench_table()[:2], 1.43)
-
-
-def test_rolling_power_is_force_times_speed_and_the_printed_one_is_offered() -> None:
-    assert rolling_power_w(0.5, 0.83, 0.49) == pytest.approx((0.83 * 0.5 + 0.49) * 0.5)
-    assert rolling_power_w(0.5, 0.83, 0.49, printed=True) == pytest.approx(0.415 * 0.25 + 0.49 * 0.5)  # (35)
 
 
 def test_the_commands_print_json_and_write_parquet_and_figures(

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from snakebot.robot import load_robot
 from snakebot.runlog import RunWriter, channels, read_log, records
-from snakebot.view.messages import Packet, pack, unpack
+from snakebot.view.messages import ViewPacket, pack, unpack
 from snakebot.view.picture import ERROR_OVER_S, KEPT_S, ROW_S, Picture, Seen
 from snakebot.view.recording import Player, Recording, about_recording
 from snakebot.view.server import Server, is_loopback
@@ -23,7 +23,7 @@ from snakebot.view.server import Server, is_loopback
 ROBOT = load_robot("penn_state")
 
 
-def tick(t_s: float, error_rad: float = 0.0, measured: bool = True) -> Packet:
+def tick(t_s: float, error_rad: float = 0.0, measured: bool = True) -> ViewPacket:
     angles = np.linspace(-0.5, 0.5, 5)
     record = records.Tick(
         sequence=round(t_s * 100) % 65536,
@@ -35,7 +35,7 @@ def tick(t_s: float, error_rad: float = 0.0, measured: bool = True) -> Packet:
         measured_rad=angles + error_rad if measured else np.full(5, np.nan),
         latency_s=0.001,
     )
-    return Packet(channels.JOINTS.id, 0, channels.encode_tick(record))
+    return ViewPacket(channels.JOINTS.id, 0, channels.encode_tick(record))
 
 
 def test_a_day_of_ticks_is_kept_as_30_s() -> None:
@@ -96,7 +96,7 @@ def test_another_run_begins_on_a_page_that_stays_open() -> None:
     assert picture.frame(Seen(), 100)["story"] == {"now": "run 1"}  # a page that comes later
 
 
-def status(**values: object) -> Packet:
+def status(**values: object) -> ViewPacket:
     return unpack(pack(0, 0, values))
 
 

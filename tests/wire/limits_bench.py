@@ -15,7 +15,7 @@ from wire_bench import Bench
 from firmware_protocol.catalogue import Latch, Setpoint, decode
 from firmware_protocol.frame import Frame, ProtocolError
 from snakebot.robot import Robot
-from snakebot.softboard.register import SetpointRegister, Tick
+from snakebot.softboard.register import AssembledTick, SetpointRegister
 
 STEP_RAD = 1e-4  # the wire's resolution
 EARLY_S = 0.020  # by how much a set-point may come early, in all
@@ -206,7 +206,7 @@ def board_ear(robot: Robot) -> Iterator[StepCheck]:
         clock.follow(joint)
         follow(register, joint, measured_rad)
 
-    def hear_execute(register: SetpointRegister, tick: Tick, t_s: float) -> bool:
+    def hear_execute(register: SetpointRegister, tick: AssembledTick, t_s: float) -> bool:
         nonlocal credit_s, executed_s
         declared_s = tick.interval_s * min(max(tick.step, 1), MAX_GAP)
         available_s = min(credit_s + (t_s - executed_s), declared_s + EARLY_S)

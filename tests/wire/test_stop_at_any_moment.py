@@ -62,20 +62,20 @@ def test_a_stop_that_comes_while_a_gait_is_changed_is_not_undone() -> None:
         def __enter__(self) -> None:
             if self.asked:
                 self.asked = False
-                loop._ramp_down(loop.progress.t_s)
+                loop._streamed.end(loop.progress.t_s)
 
         def __exit__(self, *_: object) -> None:
             pass
 
     lock = Between()
-    loop._changing = lock  # type: ignore[assignment]
+    loop._streamed._changing = lock  # type: ignore[assignment]
     changed: list[float] = []
 
     def change() -> None:
         if loop.progress.t_s > 3 and not changed:
             changed.append(loop.progress.t_s)
             lock.asked = True
-            loop.change_gait(bench.loop._motion.gait, 0.5)  # type: ignore[attr-defined]
+            loop.change_gait(bench.loop.gait, 0.5)  # type: ignore[arg-type]
 
     bench.link.before = change
     assert loop.run().duration_s < 5

@@ -24,14 +24,16 @@ if TYPE_CHECKING:
 # Robust standard deviations off its neighbours that make a lone sample a bad reading; chosen: no noise gets there.
 SPIKE_MAD = 8.0
 SPIKE_COUNTS = 6.0  # ... and encoder counts that it must be off at least; chosen
-# After a servo was without power, in which its state is not known, s; chosen.
+# After a servo was without power, in which its state is not known, s; chosen. Shorter than ``SETTLED`` time constants:
+# where the joint is, its readings tell; a prediction goes on from them.
 WAKE_UP_S = 0.05
 # Step in time over the usual one, from which on it is a hole: what was commanded in it is not known; chosen.
 HOLE_RATIO = 1.5
 # Without a row, above which it is not known where a joint was meanwhile, s; chosen.
 HOLE_S = 0.1
 USUAL = 0.8  # quantile of the steps in time that is the usual one, however unevenly a log was sampled; chosen
-# Time constants (or lengths of the hole, if it is short) after which a servo has settled; chosen.
+# Time constants (or lengths of the hole, if it is short) after which a servo has settled; chosen: 0.7 % of a step is
+# left. Of the stated servo, since what follows a hole is compared with its prediction.
 SETTLED = 5.0
 BLOCK_S = 1.0  # length of a block, long against a servo's time constant, s; chosen
 # Within which a set-point was applied as commanded; chosen: a count of 12 bits is 1.5e-3 rad.

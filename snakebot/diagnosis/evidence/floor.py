@@ -9,7 +9,12 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats
 from snakebot.diagnosis.evidence.data import MIN_SAMPLES, Data, PreparedRun
-from snakebot.diagnosis.evidence.repeats import Difference, change_warnings, doubt_warning, repeated_pairs
+from snakebot.diagnosis.evidence.repeats import (
+    RepeatDifference,
+    change_warnings,
+    doubt_warning,
+    repeated_pairs,
+)
 from snakebot.robust import MAD_TO_STD
 
 # Share of the blocks, those that differ most between repeats, that is left out of the floor; chosen.
@@ -108,7 +113,7 @@ def _doubtful(data: Data, nominal: Sequence[Floats], repeat_rad: Floats, white_r
     return doubtful
 
 
-def _by_block(run: PreparedRun, difference: Difference) -> Floats:
+def _by_block(run: PreparedRun, difference: RepeatDifference) -> Floats:
     """Half the mean square of a difference, block by block of its run."""
     blocks = run.blocks[difference.rows]
     counts = np.bincount(blocks)

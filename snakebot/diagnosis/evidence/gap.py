@@ -19,7 +19,8 @@ FEWEST_WINDOWS = 8  # over ground, below which their scatter says nothing; chose
 # Mean square over the allowed one that is a gap however few blocks show it; chosen.
 CERTAIN_RATIO = 2.5 * GAP_RATIO
 # The same over ground, of each kind of feature. Measured: robots with no effect, whose numbers are some per cent off,
-# come to 0.8, 1.0 and 1.1 at most (60 of the blind check's cases for tuning and calibrating).
+# come to 0.8, 1.0 and 1.1 at most (60 of the cases that ``tools/blind/make --set tune`` and ``--set calibrate``
+# make; no command prints the ratios).
 CERTAIN_RATIO_OVER_GROUND = 1.7
 CERTAIN_RATIO_OF_FEW = 2.0 * GAP_RATIO  # the same over ground, where there are few windows; chosen
 LEAST_NAMED = 0.05  # of the mean share of a joint in the gap, for a joint to be named; chosen

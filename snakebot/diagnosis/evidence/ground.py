@@ -281,21 +281,6 @@ def predicted(
     return out
 
 
-def whole_angles(data: Data) -> list[Floats]:
-    """Measured joint angles (N, k) of every run with lost samples bridged, ready for a replay."""
-    out = []
-    for run in data.runs:
-        angle = run.measured_rad.copy()
-        for joint in range(angle.shape[1]):
-            known = np.isfinite(angle[:, joint])
-            if not known.any():
-                angle[:, joint] = 0.0
-            elif not known.all():
-                angle[~known, joint] = np.interp(run.t_s[~known], run.t_s[known], angle[known, joint])
-        out.append(angle)
-    return out
-
-
 def doubt(
     ground: GroundFeatures,
     data: Data,

@@ -30,13 +30,17 @@ MUCH_OF_GAP = 0.25  # ... and above which it could hide them; chosen
 # Repeated motions from which on it is known how far apart a joint's repeats are (chosen) ...
 FEWEST_REPEATED = 3
 UNUSUAL = 4.0  # ... and how many times that a change must be, unless it could hide the gap; chosen
-MOST_BRIDGED = 4.0  # usual steps in time, that lost readings are interpolated over at most; chosen
+# Usual steps in time, that lost readings are interpolated over at most; chosen. Fewer than ``ticks.LONGEST_BRIDGED``,
+# which is for set-points: they lie on a smooth curve, and what readings differ by is told from their noise.
+MOST_BRIDGED = 4.0
 MOST_TOLD = 3  # changed pairs that a warning tells one by one; chosen
-FORGOTTEN_S = 0.3  # after a difference of the commands, in which the joints may still show it, s; chosen
+# After a difference of the commands, in which the joints may still show it, s; chosen. No multiple of the stated time
+# constant, as ``data.SETTLED`` is: readings are compared with readings, of servos that may be much slower than stated.
+FORGOTTEN_S = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Difference:
+class RepeatDifference:
     """What a joint does in one run less what it does in another, which repeats it.
 
     Attributes:
@@ -58,13 +62,13 @@ class Difference:
 
 
 @dataclass(frozen=True, eq=False)
-class Pair:
+class RepeatedPair:
     """Two runs (indices) told the same. ``changed``: 0-based joints whose difference is no noise."""
 
     one: int
     other: int
     shift_s: float
-    differences: tuple[Difference, ...]
+    differences: tuple[RepeatDifference, ...]
     changed: tuple[int, ...] = ()
 
 
@@ -92,14 +96,14 @@ def difference(
     return rows, a.measured_rad[rows, joint] - np.interp(t[rows], tb, b.measured_rad[ub, joint])
 
 
-def repeated_pairs(data: Data, white_rad: Floats, nominal: Sequence[Floats] | None) -> list[Pair]:
+def repeated_pairs(data: Data, white_rad: Floats, nominal: Sequence[Floats] | None) -> list[RepeatedPair]:
     """All pairs of runs that are told the same, in the order of the runs.
 
     Args:
         white_rad: (k,) noise of the readings.
         nominal: predicted readings (N, k) a run, for changes to be told from noise; None: none is a change.
     """
-    found: list[Pair] = []
+    found: list[RepeatedPair] = []
     for i, a in enumerate(data.runs):
         for j in range(i + 1, len(data.runs)):
             b = data.runs[j]
@@ -112,24 +116,24 @@ def repeated_pairs(data: Data, white_rad: Floats, nominal: Sequence[Floats] | No
             for joint in range(data.joints):
                 rows, rad = difference(a, b, joint, side.shift_s, side.same)
                 if rows.size:
-                    one = Difference(joint, rows, rad)
+                    one = RepeatDifference(joint, rows, rad)
                     if nominal is not None:
                         one = _with_prediction(
                             one, (a, b), (nominal[i], nominal[j]), side.shift_s, white_rad[joint]
                         )
                     differences.append(one)
             if differences:
-                found.append(Pair(i, j, side.shift_s, tuple(differences)))
+                found.append(RepeatedPair(i, j, side.shift_s, tuple(differences)))
     return _with_changes(data, found)
 
 
 def _with_prediction(
-    one: Difference,
+    one: RepeatDifference,
     runs: tuple[PreparedRun, PreparedRun],
     nominal: tuple[Floats, Floats],
     shift_s: float,
     white_rad: float,
-) -> Difference:
+) -> RepeatDifference:
     """The same with how much of it depends on the motion, and whether that could hide a gap."""
     a, b = runs
     rows, joint = one.rows, one.joint
@@ -153,7 +157,7 @@ def _with_prediction(
     gap_a = a.measured_rad[rows, joint] - reading[rows]
     gap_b = gap_a - one.rad + reading[rows] - np.interp(a.t_s[rows] + shift_s, b.t_s, nominal[1][:, joint])
     gap = float(np.square(gap_a).mean() + np.square(gap_b).mean())
-    return Difference(joint, rows, one.rad, float(np.sqrt(size)), size / max(gap, 1e-300))
+    return RepeatDifference(joint, rows, one.rad, float(np.sqrt(size)), size / max(gap, 1e-300))
 
 
 def _strokes(rate: Floats) -> Ints:
@@ -175,7 +179,7 @@ def _predicted_by_motion(regressors: Floats, values: Floats, strokes: Ints) -> F
     return out
 
 
-def _with_changes(data: Data, pairs: list[Pair]) -> list[Pair]:
+def _with_changes(data: Data, pairs: list[RepeatedPair]) -> list[RepeatedPair]:
     """The pairs with their changed joints.
 
     How well a joint repeats itself is known where several motions were repeated: there a difference that hides little
@@ -192,7 +196,7 @@ def _with_changes(data: Data, pairs: list[Pair]) -> list[Pair]:
         if len(least) >= FEWEST_REPEATED:
             usual[joint] = np.median(list(least.values()))
 
-    def change(d: Difference) -> bool:
+    def change(d: RepeatDifference) -> bool:
         if d.of_gap > MUCH_OF_GAP:
             return True
         return d.of_gap > LEAST_OF_GAP and d.predicted_rad > UNUSUAL * usual[d.joint]
@@ -200,7 +204,7 @@ def _with_changes(data: Data, pairs: list[Pair]) -> list[Pair]:
     return [replace(pair, changed=tuple(d.joint for d in pair.differences if change(d))) for pair in pairs]
 
 
-def change_warnings(data: Data, pairs: Sequence[Pair]) -> tuple[str, ...]:
+def change_warnings(data: Data, pairs: Sequence[RepeatedPair]) -> tuple[str, ...]:
     """A line for each pair of runs between which joints changed, the largest first, ``MOST_TOLD`` at most."""
     changed = [
         (max(d.rms_rad for d in pair.differences if d.joint in pair.changed), pair)
@@ -226,7 +230,7 @@ def change_warnings(data: Data, pairs: Sequence[Pair]) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def doubt_warning(data: Data, pairs: Sequence[Pair], joint: int) -> str:
+def doubt_warning(data: Data, pairs: Sequence[RepeatedPair], joint: int) -> str:
     """A line on a joint (0-based) whose repeats are so far apart that they would hide what is plain to see."""
     size, one, other = max(
         (d.rms_rad, pair.one, pair.other)

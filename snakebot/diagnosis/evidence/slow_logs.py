@@ -17,7 +17,7 @@ from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.evidence.ticks import SLOWER, is_slow, row_s
-from snakebot.diagnosis.evidence.tolerance import ShiftLimits, lag_spread_s
+from snakebot.diagnosis.evidence.tolerance import ShiftLimits
 
 TICKS_S = (0.05, 0.02, 0.01, 0.005, 0.002)  # intervals of set-points that are tried, s; chosen
 CLEARLY_SLOW = 2.0  # half a row over the tolerances of lag and delay, from which on a log is too slow; chosen
@@ -34,7 +34,7 @@ def with_ticks(evidence: Evidence) -> Data | None:
     data, angles = evidence.data, evidence.angles
     limits = ShiftLimits.of(data.robot)
     known_s = (
-        lag_spread_s(data.robot) + data.robot.tolerance.delay_s
+        data.robot.lag_spread_s + data.robot.tolerance.delay_s
     )  # to which the simulation knows when a joint moves
     open_ = [i for i, run in enumerate(data.runs) if run.tick_s is None]
     slowest = max((row_s(data.runs[i]) for i in open_), default=0.0)

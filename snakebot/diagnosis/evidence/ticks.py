@@ -8,7 +8,9 @@ from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import PreparedRun
 
 SLOWER = 1.5  # ticks a row, from which on there are set-points between the rows; chosen
-LONGEST_BRIDGED = 10.0  # rows' intervals, beyond which nothing is known of what was sent; chosen
+# Rows' intervals, beyond which nothing is known of what was sent; chosen. More than ``repeats.MOST_BRIDGED``, which is
+# for readings: set-points lie on a smooth curve.
+LONGEST_BRIDGED = 10.0
 
 
 def row_s(run: PreparedRun) -> float:

@@ -19,7 +19,7 @@ import numpy as np
 
 from snakebot.arrays import Floats, Ints
 from snakebot.physics.compiled import jit
-from snakebot.robot import LAG_TOLERANCE, Robot
+from snakebot.robot import Robot
 
 # Standard deviations that a stated number may be off by before that is a gap; chosen: of 1000 sound servos one is
 # further off.
@@ -29,15 +29,9 @@ REWEIGHTED = 4  # iterations of the reweighted least squares; chosen: the shares
 SAG_TOLERANCE_RAD_NM = 2e-3  # to which a sound servo holds its angle under load, rad per N m; chosen
 
 
-def lag_spread_s(robot: Robot) -> float:
-    """Standard deviation of a servo's time constant about the stated one."""
-    stated = robot.tolerance.time_constant_s
-    return LAG_TOLERANCE * robot.servo.time_constant_s if stated is None else stated
-
-
 def shift_limit_s(robot: Robot) -> float:
     """How much later or earlier than stated a joint may be."""
-    return CREDIBLE * math.hypot(lag_spread_s(robot), robot.tolerance.delay_s)
+    return CREDIBLE * math.hypot(robot.lag_spread_s, robot.tolerance.delay_s)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +57,7 @@ class ShiftLimits:
             sorted(set_together, key=len, reverse=True)
         ):  # the narrowest says most
             group[list(joints)] = number
-            each[list(joints)] = CREDIBLE * lag_spread_s(robot) if len(joints) > 1 else 0.0
+            each[list(joints)] = CREDIBLE * robot.lag_spread_s if len(joints) > 1 else 0.0
         return ShiftLimits(each, group)
 
     @staticmethod

@@ -15,6 +15,7 @@ import numpy as np
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.evidence.tolerance import ShiftLimits, StackedTimes, shifts_s
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, bounds
 from snakebot.diagnosis.fit.least_squares import Fit, minimise, multi_start
@@ -107,7 +108,9 @@ def fit_runs(
         else:
             problem = angle_problem(evidence, hypothesis, specs, runs, *box, rough=rough, mine=mine, at=best)
             if loads_of is not None:
-                problem = _under_loads_of(evidence, hypothesis, problem, best, loads_of[mine])
+                problem = _under_loads_of(
+                    evidence.predictor.simulator, hypothesis, problem, best, loads_of[mine]
+                )
         if problem is None:
             information[mine] = 0.0
             continue
@@ -125,14 +128,14 @@ def fit_runs(
 
 
 def _under_loads_of(
-    evidence: Evidence, hypothesis: Hypothesis, problem: Problem | None, at: Floats, part: Floats
+    simulator: Simulator, hypothesis: Hypothesis, problem: Problem | None, at: Floats, part: Floats
 ) -> Problem | None:
     """A problem under the torques that the motion at its parameters ``part`` bears, where they are all that couples the
     joints ``at`` (p,).
     """
     if problem is None or problem.near is None:
         return problem
-    if evidence.predictor.simulator.always_needs_body(hypothesis.specs(at)):
+    if simulator.always_needs_body(hypothesis.specs(at)):
         return problem
     return problem.near(problem.for_each(part))
 
@@ -191,7 +194,7 @@ def angle_problem(
         )
 
     touches = hypothesis.touches(angles.data.joints)[mine][:, joints]
-    bears = _bears_loads(evidence, hypothesis, at)[mine]
+    bears = _bears_loads(evidence.predictor.simulator, hypothesis, at)[mine]
     cheap = meet and not rough and bears.sum() > (0 if bears.all() else FEW_SLOPES)
     problem = Problem(
         lambda theta: of_some(theta, stacked),
@@ -210,11 +213,10 @@ def angle_problem(
     return problem
 
 
-def _bears_loads(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> Bools:
+def _bears_loads(simulator: Simulator, hypothesis: Hypothesis, theta: Floats) -> Bools:
     """(p,) parameters whose slopes are the same, or nearly, with the torques on the servos given: those of effects that
     do not make a joint go where the others take it. None where a joint is free or driven by another's set-points.
     """
-    simulator = evidence.predictor.simulator
     if simulator.others_drive(hypothesis.specs(theta)):
         return np.zeros(theta.size, dtype=bool)
     found = []

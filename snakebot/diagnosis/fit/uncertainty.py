@@ -10,16 +10,15 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.tolerance import lag_spread_s
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.effects.parameter import Parameter
 from snakebot.robot import Robot
+from snakebot.robust import SIGMAS_95
 
-SIGMAS = 1.96  # standard deviations to either side of a normal distribution's 95 % interval, by definition
 # Standard deviation of a parameter, as a share of its distance from neutral, because a real effect is not quite the
-# library's. Measured on the blind check's set for calibrating: with it, 95 % intervals hold 86 % of the true values; a
-# larger one would not help, the rest are effects of another kind.
+# library's. Measured on the blind check's set for calibrating, where ``tools/blind/score`` prints the coverage: with
+# it, 95 % intervals held 86 % of the true values; a larger one would not help, the rest are effects of another kind.
 MODEL_SHARE = 0.06
 
 
@@ -46,7 +45,7 @@ def _fitted_with(evidence: Evidence, trial: Trial, robot: Robot) -> Floats:
 def _off(robot: Robot, body_too: bool) -> list[Robot]:
     """Robots with one nominal number off by one standard deviation of its tolerance."""
     servo = robot.servo
-    slower = servo.model_copy(update={"time_constant_s": servo.time_constant_s + lag_spread_s(robot)})
+    slower = servo.model_copy(update={"time_constant_s": servo.time_constant_s + robot.lag_spread_s})
     out = [robot.model_copy(update={"servo": slower})]
     if body_too and robot.body is not None:
         body, friction = robot.body, robot.body.friction
@@ -68,8 +67,8 @@ def interval(parameter: Parameter, value: float, error: float) -> tuple[float, f
     if not np.isfinite(error):
         return None
     if parameter.scale == "log" and value > 0:
-        factor = float(np.exp(min(SIGMAS * error / value, 50.0)))
+        factor = float(np.exp(min(SIGMAS_95 * error / value, 50.0)))
         low, high = value / factor, value * factor
     else:
-        low, high = value - SIGMAS * error, value + SIGMAS * error
+        low, high = value - SIGMAS_95 * error, value + SIGMAS_95 * error
     return max(low, parameter.lower), min(high, parameter.upper)

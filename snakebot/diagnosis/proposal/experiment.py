@@ -18,7 +18,7 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, Option, menu, motion_of
+from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, MenuMotion, menu, motion_of
 from snakebot.diagnosis.proposal.separation import (
     Shown,
     SimulatedMotion,
@@ -37,7 +37,7 @@ MOST_COMPARED = 4  # explanations that are compared; chosen
 # Probability that a motion must gain more if the robot is lifted for it, or if it is long; chosen.
 TROUBLE = 0.05
 
-Pair = tuple[int, int]
+RivalPair = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class _Look:
 
     motion: SimulatedMotion
     fits: tuple[Shown, ...]
-    lead: dict[Pair, float]
+    lead: dict[RivalPair, float]
     settled: float
 
 
@@ -109,7 +109,7 @@ def _closer_look(look: _Look, rivals: Sequence[Trial]) -> _Look:
 
 def _look(motion: SimulatedMotion, rivals: Sequence[Trial], shown: tuple[Shown, ...]) -> _Look:
     count = motion.robot.joints
-    lead: dict[Pair, float] = {}
+    lead: dict[RivalPair, float] = {}
     for a, b in combinations(range(len(rivals)), 2):
         joints = {*acted_joints(rivals[a].hypothesis, count), *acted_joints(rivals[b].hypothesis, count)}
         over_ground = acts_over_ground(rivals[a].hypothesis) or acts_over_ground(rivals[b].hypothesis)
@@ -117,7 +117,7 @@ def _look(motion: SimulatedMotion, rivals: Sequence[Trial], shown: tuple[Shown, 
     return _Look(motion, shown, lead, _settled(lead, len(rivals)))
 
 
-def _settled(lead: dict[Pair, float], count: int) -> float:
+def _settled(lead: dict[RivalPair, float], count: int) -> float:
     """A lead of ``ALIKE`` makes the wrong one e times less likely than the right one."""
     weight = np.eye(count)
     for (a, b), value in lead.items():
@@ -132,9 +132,9 @@ def _has_been_run(data: Data, motion: SimulatedMotion) -> bool:
 
 
 def _described(
-    joints: int, best: _Look, rivals: Sequence[Trial], told: Sequence[Pair], probability: float
+    joints: int, best: _Look, rivals: Sequence[Trial], told: Sequence[RivalPair], probability: float
 ) -> NextExperiment:
-    option: Option = best.motion.option
+    option: MenuMotion = best.motion.option
     names = [" + ".join(dict.fromkeys(r.hypothesis.names)) for r in rivals]
     in_question = {name for pair in told for name in (names[pair[0]], names[pair[1]])}
     least = min(

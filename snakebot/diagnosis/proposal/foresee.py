@@ -8,7 +8,7 @@ between the two counts as it does for a proposal (``separation``).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,7 +31,7 @@ TURNS = 6  # refits at most; chosen
 PRIOR_STEP = 0.25  # share of the prior's spread by which a parameter is stepped; chosen
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Foreseen:
     """An effect at some values, as some motions would show it.
 
@@ -42,15 +42,15 @@ class Foreseen:
 
     hypothesis: Hypothesis
     theta: Floats
-    angle: list[Floats]
-    ground: list[Floats | None]
-    turns: list[list[tuple[Floats, Floats | None]]] = field(default_factory=list)
+    angle: tuple[Floats, ...]
+    ground: tuple[Floats | None, ...]
+    turns: tuple[tuple[tuple[Floats, Floats | None], ...], ...] = ()
 
     def joined(self, other: Foreseen) -> Foreseen:
         """The same effect at the same values on the motions of both."""
-        turns = [[*a, *b] for a, b in zip(self.turns, other.turns, strict=True)]
+        turns = tuple((*a, *b) for a, b in zip(self.turns, other.turns, strict=True))
         return Foreseen(
-            self.hypothesis, self.theta, [*self.angle, *other.angle], [*self.ground, *other.ground], turns
+            self.hypothesis, self.theta, (*self.angle, *other.angle), (*self.ground, *other.ground), turns
         )
 
     @property
@@ -67,9 +67,15 @@ def foresee(
 ) -> Foreseen:
     """Simulate an effect on motions; without ``turns`` only at these values."""
     shown = [motion.shown(hypothesis.specs(theta)) for motion in motions]
-    made = Foreseen(hypothesis, theta, [a for a, _ in shown], [g for _, g in shown])
-    if not turns:
-        return made
+    made = Foreseen(hypothesis, theta, tuple(a for a, _ in shown), tuple(g for _, g in shown))
+    return replace(made, turns=_turns_of(motions, made)) if turns else made
+
+
+def _turns_of(
+    motions: Sequence[SimulatedMotion], made: Foreseen
+) -> tuple[tuple[tuple[Floats, Floats | None], ...], ...]:
+    """Of each open parameter, what the motions show of one standard deviation of its prior."""
+    hypothesis, theta, out = made.hypothesis, made.theta, []
     lower, upper, _ = bounds(hypothesis.parameters)
     for i, parameter in enumerate(hypothesis.parameters):
         size = PRIOR_STEP * parameter.spread * (abs(theta[i]) if parameter.scale == "log" else 1.0)
@@ -84,8 +90,8 @@ def foresee(
             scale = size / (PRIOR_STEP * step)
             way = None if over is None or ground is None else (over - ground) * scale
             rows.append(((other - angle) * scale, way))
-        made.turns.append(rows)
-    return made
+        out.append(tuple(rows))
+    return tuple(out)
 
 
 def lead_over(motions: Sequence[SimulatedMotion], truth: Foreseen, rival: Foreseen) -> tuple[float, Foreseen]:

@@ -45,7 +45,7 @@ LIFTED = (
 
 
 @dataclass(frozen=True)
-class Option:
+class MenuMotion:
     """A motion of the menu: either ``gait`` or ``probe``."""
 
     gait: Gait | None
@@ -104,14 +104,14 @@ class Option:
         return f"sines of {which}, {far} at {' and '.join(f'{omega:g}' for omega in probe.omega_rad_s)} rad/s"
 
 
-def menu(robot: Robot, joints: Sequence[int], *, loads: bool) -> list[Option]:
+def menu(robot: Robot, joints: Sequence[int], *, loads: bool) -> list[MenuMotion]:
     """All that is safe.
 
     Args:
         joints: 1-based, that the explanations still open are about.
         loads: whether one of them feels what the servos bear: then motions in the air are on the menu too.
     """
-    options: list[Option] = []
+    options: list[MenuMotion] = []
     for gaits, duration_s in ((GAITS, DURATION_S), (LONG, LONG_S)):
         for alpha, beta, omega, offset in gaits:
             wave = Gait(radians(alpha), radians(beta), omega, radians(offset))
@@ -128,7 +128,7 @@ def menu(robot: Robot, joints: Sequence[int], *, loads: bool) -> list[Option]:
 
 
 def _add(
-    options: list[Option],
+    options: list[MenuMotion],
     robot: Robot,
     gait: Gait | None,
     probe: Probe | None,
@@ -143,7 +143,7 @@ def _add(
         check_motion(motion, robot)
     except BadInputError:
         return
-    options.append(Option(gait, probe, lifted, motion))
+    options.append(MenuMotion(gait, probe, lifted, motion))
 
 
 def _motion(gait: Gait | None, probe: Probe | None, robot: Robot, duration_s: float) -> Motion:

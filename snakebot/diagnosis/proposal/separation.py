@@ -20,7 +20,7 @@ from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
 from snakebot.diagnosis.evidence.tolerance import SHAPE_TOLERANCE, StackedTimes, shift_limit_s
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, bounds
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.proposal.menu import RAMP_S, Option
+from snakebot.diagnosis.proposal.menu import RAMP_S, MenuMotion
 from snakebot.effects.prediction import joint_run
 from snakebot.effects.servo_stage import ServoRun
 from snakebot.effects.spec import EffectSpec
@@ -52,7 +52,7 @@ class SimulatedMotion:
     ``over_ground``: as far as the session measures it, the motion over ground counts too.
     """
 
-    def __init__(self, evidence: Evidence, option: Option, *, over_ground: bool) -> None:
+    def __init__(self, evidence: Evidence, option: MenuMotion, *, over_ground: bool) -> None:
         self.angles, self.ground = evidence.angles, evidence.ground
         self.floor_rad = evidence.floor.rad
         self.option = option

@@ -21,7 +21,7 @@ from snakebot.diagnosis.fit.trial import Trial, each_joint, specs_of
 from snakebot.diagnosis.search.candidate import Candidate, added, start_values
 from snakebot.diagnosis.search.ground_candidates import ground_candidates
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.search.outlook import WORTH, promised_on_a_joint
+from snakebot.diagnosis.search.outlook import SHARE_OF_BEST, promised_on_a_joint
 from snakebot.effects.effect import Effect
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import find_effect
@@ -29,7 +29,9 @@ from snakebot.effects.registry import find_effect
 Fixed = tuple[tuple[str, float | tuple[float, ...]], ...]
 
 HELPS_SE = 2.5  # standard errors that an effect must gain on a joint; chosen
-HELPS_SCORE = 0.03  # score that it must gain there: 6 % of the mean square; chosen
+# Score that it must gain there: 6 % of the mean square; chosen. Less than ``acceptance.LEAST_GAIN``, since it only says
+# on which joints an effect is tried: held-out gaits decide with the other whether it is accepted.
+HELPS_SCORE = 0.03
 HELPS_SHARE = 0.2  # share of what it gains on the joint it helps most, that it must gain there; chosen
 PROMISED = 0.5  # share of it, to be promised where the whole body must be simulated for a first look; chosen
 MOST_ALONE = 3  # joints tried one by one where the whole body must be simulated for each; chosen
@@ -65,7 +67,7 @@ def with_promise(
         return list(effects)
     promised = in_parallel(partial(_promise, evidence, library, base), effects)
     best = max((p for p in promised if np.isfinite(p)), default=0.0)
-    least = max(WORTH * best, PROMISED * HELPS_SCORE)
+    least = max(SHARE_OF_BEST * best, PROMISED * HELPS_SCORE)
     return [effect for effect, promise in zip(effects, promised, strict=True) if promise >= least]
 
 
@@ -144,17 +146,17 @@ def elsewhere(evidence: Evidence, library: Library, base: Trial) -> Candidate | 
     if evidence.predictor.simulator.always_needs_body(terms[0].specs(starts[0][0])):
         return None
     runs, fit = each_joint(evidence, base, terms, starts)
-    closed = [j for j in further if not _left_over(evidence, runs, fit.residual, j)]
+    closed = [j for j in further if not _left_over(evidence.angles, runs, fit.residual, j)]
     if not closed:
         return None
     hypothesis = Hypothesis((*base.hypothesis.terms, *(terms[j] for j in closed)))
     return Candidate(hypothesis, [np.concatenate([base.theta, *(fit.theta[j] for j in closed)])])
 
 
-def _left_over(evidence: Evidence, runs: Sequence[int], residual: Floats, joint: int) -> bool:
+def _left_over(angles: AngleEvidence, runs: Sequence[int], residual: Floats, joint: int) -> bool:
     """Whether (N, k) residuals of some runs, stacked, are beyond noise and tolerance on one joint."""
-    names, square = _block_squares(evidence.angles.blocks, runs, residual, joint)
-    return beyond(square, evidence.angles.allowed_square[names], evidence.angles.blocks.run[names])
+    names, square = _block_squares(angles.blocks, runs, residual, joint)
+    return beyond(square, angles.allowed_square[names], angles.blocks.run[names])
 
 
 def _one_each(observed: Observed, effect: Effect, fixed: Fixed) -> tuple[list[Term], list[Floats]]:

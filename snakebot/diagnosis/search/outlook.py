@@ -23,7 +23,7 @@ from snakebot.effects.spec import EffectSpec
 
 # Shares of the change that an effect makes at a start, and multiples: the best is what a fit might reach; chosen.
 SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
-WORTH = 0.1  # share of the largest gain promised that a candidate is to promise; chosen
+SHARE_OF_BEST = 0.1  # share of the largest gain promised that a candidate is to promise; chosen
 
 
 def promising(evidence: Evidence, base: Trial, candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -32,7 +32,7 @@ def promising(evidence: Evidence, base: Trial, candidates: Sequence[Candidate]) 
     """
     told = [c for c in candidates if c.starts[0].size and c.hypothesis.terms[-1].stage != "body"]
     promised = dict(zip(told, in_parallel(partial(promise, evidence, base), told), strict=True))
-    least = WORTH * max(promised.values(), default=0.0)
+    least = SHARE_OF_BEST * max(promised.values(), default=0.0)
     return [c for c in candidates if promised.get(c, np.inf) >= max(least, 0.0)]
 
 

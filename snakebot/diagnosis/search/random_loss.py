@@ -27,7 +27,9 @@ from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.search import MOST_EFFECTS, SearchResult
 from snakebot.effects.registry import find_effect
 
-MEMORY_S = 0.35  # after which a lost set-point is forgotten, s; chosen
+# After which a lost set-point is forgotten, s; chosen. A lag at which a correlation is looked at, not a time that is
+# left out, as ``repeats.FORGOTTEN_S`` is: the two need not be alike.
+MEMORY_S = 0.35
 # Difference of repeats over the readings' own noise, from which on they differ by chance; chosen.
 UNSTEADY = 2.0
 LEAST_COMMON = 0.5  # share of the residual that a common delay must explain beyond chance; chosen
@@ -111,7 +113,6 @@ class RandomDelay:
 
     share: float
     memory: float
-    rms_s: float
 
     @property
     def evident(self) -> bool:
@@ -144,9 +145,9 @@ def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
     """Look for a common random delay in what ``trial`` leaves over. Needs two joints at least."""
     k = data.joints
     if k < 2:
-        return RandomDelay(0.0, 1.0, 0.0)
+        return RandomDelay(0.0, 1.0)
     explained = total = weight = 0.0
-    lagged, power, square = 0.0, 0.0, 0.0
+    lagged, power = 0.0, 0.0
     for run, reading, left in zip(data.runs, trial.readings, trial.left, strict=True):
         use = np.asarray(run.use.all(axis=1))
         if use.sum() < FEWEST_FOR_DELAY:
@@ -165,8 +166,7 @@ def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
         if delay.size > 2 * step:
             lagged += float((delay[step:] * delay[:-step]).sum())
             power += float(np.square(delay[step:]).sum())
-        square += float(np.square(delay[moving]).mean())
     if total <= 2 * weight or power <= 0:  # nothing but the readings' own noise
-        return RandomDelay(0.0, 1.0, 0.0)
+        return RandomDelay(0.0, 1.0)
     share = (explained / total - 1 / k) / (1 - 1 / k)
-    return RandomDelay(float(share), lagged / power, float(np.sqrt(square / len(data.runs))))
+    return RandomDelay(float(share), lagged / power)

@@ -10,13 +10,15 @@ from itertools import chain
 import numpy as np
 
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import candidates, kinds
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.search.rounds import MANY_TERMS, Progress, called_for, first_looks, held_out, ranked
+from snakebot.diagnosis.search.rounds import MANY_TERMS, called_for, first_looks, held_out, ranked
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import find_effect
 
@@ -33,7 +35,7 @@ def rivals(
     tried: Mapping[Hypothesis, Sequence[Trial]],
     fits: Sequence[Trial],
     without: Sequence[Trial],
-    progress: Progress,
+    progress: ProgressCallback,
 ) -> tuple[tuple[Trial, ...], ...]:
     """Per term of ``best``, trials in which another effect takes its place, best first.
 
@@ -81,7 +83,7 @@ def _of_term(
         )
     rest = best.hypothesis.without(index)
     if term.own:
-        others = _in_place(evidence, library, best, index)
+        others = _in_place(evidence.predictor.simulator, library, best, index)
         trials = in_parallel(lambda c: run_trial(evidence, c.hypothesis, c.starts, last=True), others)
         return tuple(ranked(evidence.scoring, trials))
 
@@ -103,7 +105,7 @@ def _of_term(
     return tuple(ranked(evidence.scoring, held_out(evidence, fits[:MOST_HELD])))
 
 
-def _in_place(evidence: Evidence, library: Library, best: Trial, index: int) -> list[Candidate]:
+def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -> list[Candidate]:
     """What is said to be taken for an effect, in its place: on the same joints, each with values of its own."""
     term, kept = best.hypothesis.terms[index], best.hypothesis.rest(best.theta, index)
     rest, joints = best.hypothesis.without(index), term.joints or ()
@@ -119,7 +121,7 @@ def _in_place(evidence: Evidence, library: Library, best: Trial, index: int) -> 
             continue
         other = replace(term, effect=effect.name, fixed=kinds(library, effect)[0])
         start = [start_values(other, effect.starts(library.observed, (j - 1,))[0]) for j in joints]
-        if not evidence.predictor.simulator.needs_body(other.specs(np.concatenate(start).tolist())):
+        if not simulator.needs_body(other.specs(np.concatenate(start).tolist())):
             out.append(Candidate(rest.plus(other), [np.concatenate([kept, *start])]))
     return out
 

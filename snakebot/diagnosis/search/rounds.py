@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from itertools import chain
 
@@ -14,6 +14,7 @@ from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.candidates import candidates, with_promise
 from snakebot.diagnosis.search.library import Library
@@ -27,11 +28,9 @@ FEWEST_TRIALS, MOST_TRIALS = 3, 6  # ... but so many at least and at most; chose
 MOST_FURTHER = 3  # the most on top of an accepted effect, where only the best is needed; chosen
 MANY_TERMS = 3  # terms of an explanation that a first look at one more leaves as they are; chosen
 
-Progress = Callable[[str, float], None]
-
 
 def explore(
-    evidence: Evidence, library: Library, base: Trial, progress: Progress
+    evidence: Evidence, library: Library, base: Trial, progress: ProgressCallback
 ) -> tuple[list[Trial], list[Trial]]:
     """Trials of each effect on top of ``base``, best first by held-out score, and all fits, held out or not."""
     scoring = evidence.scoring
@@ -71,8 +70,8 @@ def first_looks(evidence: Evidence, made: Sequence[Candidate], base: Trial | Non
     """
     last = base is not None and len(base.hypothesis.terms) >= MANY_TERMS
     look = partial(run_trial, evidence, cross=False, rough=True, last=last)
-    worth = made if base is None else promising(evidence, base, made)
-    return in_parallel(lambda c: look(c.hypothesis, c.starts), worth)
+    promised = made if base is None else promising(evidence, base, made)
+    return in_parallel(lambda c: look(c.hypothesis, c.starts), promised)
 
 
 def held_out(evidence: Evidence, fits: Sequence[Trial], base: Trial | None = None) -> list[Trial]:
@@ -80,8 +79,8 @@ def held_out(evidence: Evidence, fits: Sequence[Trial], base: Trial | None = Non
     to say what a simpler one says, of these or ``base``.
     """
     simpler = fits if base is None else [base, *fits]
-    worth = [t for t in fits if not any(_says_no_more(evidence, t, other) for other in simpler)]
-    return in_parallel(lambda t: run_trial(evidence, t.hypothesis, [t.theta]), worth)
+    further = [t for t in fits if not any(_says_no_more(evidence, t, other) for other in simpler)]
+    return in_parallel(lambda t: run_trial(evidence, t.hypothesis, [t.theta]), further)
 
 
 def _says_no_more(evidence: Evidence, fit: Trial, other: Trial) -> bool:

@@ -18,12 +18,13 @@ from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.acceptance import accepted, closed_enough, closes_more, excess
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.candidates import elsewhere
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rivals import rivals
-from snakebot.diagnosis.search.rounds import MANY_TERMS, NO_LOSS, Progress, explore, first_looks, held_out
+from snakebot.diagnosis.search.rounds import MANY_TERMS, NO_LOSS, explore, first_looks, held_out
 from snakebot.diagnosis.search.wear import with_wear
 from snakebot.effects.registry import find_effect
 from snakebot.in_words import listed
@@ -73,7 +74,7 @@ def search(
     nominal: Trial,
     *,
     quick: bool = False,
-    progress: Progress = lambda text, share: None,
+    progress: ProgressCallback = lambda text, share: None,
 ) -> SearchResult:
     """Find the explanation of the gap that ``nominal`` leaves; ``quick``: of two effects at most."""
     singles, fits = explore(evidence, library, nominal, lambda text, share: progress(text, 0.4 * share))
@@ -169,7 +170,7 @@ def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: T
 
 
 def _explored(
-    evidence: Evidence, library: Library, base: Trial, nominal: Trial, progress: Progress
+    evidence: Evidence, library: Library, base: Trial, nominal: Trial, progress: ProgressCallback
 ) -> tuple[list[Trial], list[Trial]]:
     """``explore`` on top of an explanation; nothing, where what that leaves is too little to search."""
     if closed_enough(evidence.scoring, base, nominal):
@@ -177,7 +178,7 @@ def _explored(
     return explore(evidence, library, base, _part(progress, str(base.hypothesis), len(base.hypothesis.terms)))
 
 
-def _part(progress: Progress, name: str, done: int) -> Progress:
+def _part(progress: ProgressCallback, name: str, done: int) -> ProgressCallback:
     return lambda text, share: progress(f"with {name}: {text}", min(0.8, 0.4 + 0.2 * (done - 1 + share)))
 
 

@@ -10,12 +10,11 @@ from snakebot.calibrated.recorded import reached
 from snakebot.diagnosis.result import Cause, Closure, Diagnosis
 from snakebot.effects.spec import parse_effect
 from snakebot.errors import BadInputError
-from snakebot.robot import Interval, Provenance, Robot, Tolerance
+from snakebot.robot import SERVO_LAG, Interval, Provenance, Robot, Tolerance
 
 if TYPE_CHECKING:
     from snakebot.runlog import Run
 
-LAG = "servo.time_constant_s"  # as ``Diagnosis.nominal`` and a description's provenance call it
 LAG_DIGITS = 5  # decimals of a lag in seconds: a hundredth of a millisecond, below what any runs tell; chosen
 
 
@@ -48,11 +47,15 @@ def calibrated(robot: Robot, diagnosis: Diagnosis, recordings: Iterable[Run] = (
         for cause in causes
     }
     found = [interval for cause in causes for interval in _intervals(cause)]
-    lags_s = [n.estimate for n in diagnosis.nominal if n.number == LAG and diagnosis.verdict == "explained"]
+    lags_s = [
+        n.estimate for n in diagnosis.nominal if n.number == SERVO_LAG and diagnosis.verdict == "explained"
+    ]
     servo = robot.servo
     if lags_s:
         servo = servo.model_copy(update={"time_constant_s": round(fmean(lags_s), LAG_DIGITS)})
-        notes[LAG] = Provenance(status="fitted", source=f"snakebot diagnose: mean over {len(lags_s)} joints")
+        notes[SERVO_LAG] = Provenance(
+            status="fitted", source=f"snakebot diagnose: mean over {len(lags_s)} joints"
+        )
     made = robot.model_copy(
         update={
             "servo": servo,

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from math import degrees
 
-from snakebot.diagnosis.result import Cause, Diagnosis, RankingEntry, Stage
+from snakebot.diagnosis.result import Cause, Diagnosis, GapStage, RankingEntry
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects
 from snakebot.effects.telling import STAGES_IN_WORDS, joints_in_words, sentence, shown, shown_span, title
@@ -69,11 +69,11 @@ def explanation(entry: RankingEntry, count: int) -> str:
     return f"{names}, {joints_in_words(entry.joints, count)}" if entry.joints else names
 
 
-def stages(found: Diagnosis) -> tuple[Stage, ...]:
+def stages(found: Diagnosis) -> tuple[GapStage, ...]:
     """Where in the signal it lies; of causes that tie, every stage that they lie in."""
     if not found.causes or found.verdict == "unexplained":
         return (found.where.stage,)
-    named: list[Stage] = []
+    named: list[GapStage] = []
     for cause in found.causes:
         rivals = [effects()[name].stage for name in cause.indistinguishable_from if name in effects()]
         named += [cause.stage, *rivals]

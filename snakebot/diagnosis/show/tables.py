@@ -17,10 +17,10 @@ from snakebot.diagnosis.show.named import (
 from snakebot.effects.telling import joints_in_words
 from snakebot.in_words import span, three
 from snakebot.report import Axis, BarChart, Bars, Column, Note, Section, Table
-from snakebot.robot import Robot
+from snakebot.robot import SERVO_LAG, Robot
 
 STATED = {  # numbers of a robot's description: what they are called, unit, by definition how many in one SI unit
-    "servo.time_constant_s": ("lag of the servo", "ms", 1000.0),
+    SERVO_LAG: ("lag of the servo", "ms", 1000.0),
     "friction.ct": ("friction along the links", "N s/m", 1.0),
     "friction.cn": ("friction across the links", "N s/m", 1.0),
     "link_mass_kg": ("mass of a link", "kg", 1.0),
@@ -161,9 +161,7 @@ def _not_told(found: Diagnosis, robot: Robot) -> list[list[object]]:
     told = {number.number for number in found.nominal}
     causes = found.causes if found.verdict in ("explained", "partly") else ()
     set_by_cause = {kind for cause in causes if (effect := effect_of(cause)) for kind in effect.covers}
-    stated: list[tuple[str, float | tuple[float, ...]]] = [
-        ("servo.time_constant_s", robot.servo.time_constant_s)
-    ]
+    stated: list[tuple[str, float | tuple[float, ...]]] = [(SERVO_LAG, robot.servo.time_constant_s)]
     exact: list[tuple[str, str]] = []
     if robot.body is not None:
         friction = robot.body.friction

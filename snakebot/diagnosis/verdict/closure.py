@@ -6,6 +6,7 @@ within each run (angles) or over runs (speeds).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence import ground as ground_motion
 from snakebot.diagnosis.evidence.blocks import resample
+from snakebot.diagnosis.evidence.data import PreparedRun
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
@@ -141,11 +143,11 @@ def forward_speeds(evidence: Evidence, best: Trial) -> Speeds | None:
     return Speeds(tuple(runs), np.array(measured), np.array(before), np.array(after))
 
 
-def speeds_by_run(evidence: Evidence, speeds: Speeds) -> tuple[RunSpeed, ...]:
+def speeds_by_run(runs: Sequence[PreparedRun], speeds: Speeds) -> tuple[RunSpeed, ...]:
     """The same by the names of the runs."""
     return tuple(
         RunSpeed(
-            run=evidence.data.runs[index].name,
+            run=runs[index].name,
             measured=round(float(measured), 6),
             before=round(float(before), 6),
             after=round(float(after), 6),

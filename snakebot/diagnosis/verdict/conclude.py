@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -15,7 +15,7 @@ from snakebot.diagnosis.evidence.ticks import is_slow
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial, run_trial, trial_at
 from snakebot.diagnosis.fit.uncertainty import standard_errors
-from snakebot.diagnosis.options import Options
+from snakebot.diagnosis.options import Options, ProgressCallback
 from snakebot.diagnosis.result import (
     BudgetEntry,
     Cause,
@@ -54,7 +54,6 @@ from snakebot.diagnosis.verdict.rest import Rest
 from snakebot.diagnosis.verdict.stated_numbers import stated_numbers
 from snakebot.diagnosis.verdict.traces import traces
 
-Progress = Callable[[str, float], None]
 Steps = Sequence[tuple[Trial, Trial]]
 
 
@@ -97,7 +96,11 @@ class Conclusion:
 
 
 def conclude(
-    evidence: Evidence, found: SearchResult, judgement: Judgement, options: Options, progress: Progress
+    evidence: Evidence,
+    found: SearchResult,
+    judgement: Judgement,
+    options: Options,
+    progress: ProgressCallback,
 ) -> Conclusion:
     """Causes with parameters and probabilities, closure, place of the gap."""
     progress("parameters and their uncertainty", 0.82)
@@ -185,7 +188,7 @@ def _budget(
 ) -> tuple[BudgetEntry, ...]:
     """Where there is a gap, what each cause carries of it."""
     best = judgement.predicted
-    terms = _terms(evidence, best, causes)
+    terms = _terms(evidence.angles, best, causes)
     entries: list[BudgetEntry] = []
     if closure.joint_angle.closed is not None or closure.joint_angle.reason == NOT_HELD_OUT:
         entries += angle_budget(evidence, nominal, best, terms, seed)
@@ -194,14 +197,14 @@ def _budget(
     return tuple(entries)
 
 
-def _terms(evidence: Evidence, best: Trial, causes: Sequence[Cause]) -> list[int | None]:
+def _terms(angles: AngleEvidence, best: Trial, causes: Sequence[Cause]) -> list[int | None]:
     """For each cause its place in the hypothesis of ``best``; None where it has none."""
     return [
         next(
             (
                 at
                 for at, term in enumerate(best.hypothesis.terms)
-                if term.effect == cause.effect and joints_of(evidence.angles, term) == cause.joints
+                if term.effect == cause.effect and joints_of(angles, term) == cause.joints
             ),
             None,
         )
@@ -302,9 +305,9 @@ def _details(
             found.nominal,
             judgement.predicted,
             causes,
-            _terms(evidence, judgement.predicted, causes),
+            _terms(evidence.angles, judgement.predicted, causes),
         ),
-        speeds=() if speeds is None else speeds_by_run(evidence, speeds),
+        speeds=() if speeds is None else speeds_by_run(evidence.data.runs, speeds),
         known=dict(options.known),
         seed=options.seed,
         fits=fit_entries(evidence, found),

@@ -22,7 +22,7 @@ FAR_ABOVE = 20.0  # mean square of such a rest over the allowed one; chosen
 
 
 @dataclass(frozen=True, eq=False)
-class Facts:
+class VerdictFacts:
     """What the verdict is decided by.
 
     Attributes:
@@ -46,7 +46,7 @@ class Facts:
     rest_held_out: Rest | None
 
 
-def decide(facts: Facts) -> Verdict:
+def decide(facts: VerdictFacts) -> Verdict:
     """The verdict."""
     if facts.in_scatter_alone:
         return "explained" if facts.explanation else "unexplained"
@@ -61,7 +61,7 @@ def decide(facts: Facts) -> Verdict:
     return "explained"
 
 
-def _partly(facts: Facts, rest: Rest) -> Verdict:
+def _partly(facts: VerdictFacts, rest: Rest) -> Verdict:
     """The verdict where too much is left over."""
     enough = rest.share <= MOST_LEFT_OVER or facts.in_scatter  # what chance leaves over, no prediction closes
     return "partly" if facts.explanation and enough else "unexplained"
@@ -124,7 +124,7 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     rest = rest_of(evidence, found.nominal, best)
     if why_not is not None:
         rest = replace(rest, gap=replace(rest.gap, ground_significant=False))
-    facts = Facts(
+    facts = VerdictFacts(
         gap=gap,
         explanation=bool(best.hypothesis.terms),
         rest=rest,

@@ -10,9 +10,9 @@ import numpy as np
 
 from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.floor import Floor
-from snakebot.diagnosis.fit.uncertainty import SIGMAS
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects
+from snakebot.robust import SIGMAS_95
 
 USUAL_SCATTER_RAD = np.radians(0.2)  # standard deviation of a sound encoder's readings, rad; chosen
 TIMES_QUANTISER = 4.0  # ... and over that of its counts, if they are coarser; chosen
@@ -51,7 +51,7 @@ def noisy_encoders(data: Data, floor: Floor) -> EncoderScatter | None:
         return None
     std = float(np.sqrt(max(float(np.mean(np.square(white[loud]))) - q * q, 0.0)))
     samples = sum(int(run.use[:, j].sum()) for run in data.runs for j in loud)
-    relative = float(SIGMAS * np.sqrt(SHARED_NOISE / max(samples, 1)) + ROUGH)
+    relative = float(SIGMAS_95 * np.sqrt(SHARED_NOISE / max(samples, 1)) + ROUGH)
     degrees = float(np.degrees(std))
     return EncoderScatter(
         tuple(j + 1 for j in loud), degrees, (degrees * (1 - relative), degrees * (1 + relative))

@@ -11,11 +11,11 @@ import math
 import numpy as np
 
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.tolerance import lag_spread_s
 from snakebot.diagnosis.fit.fit_runs import StackedAngles, ground_residuals, shift_limits
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.fit.uncertainty import SIGMAS
 from snakebot.diagnosis.result import StatedNumber
+from snakebot.robot import SERVO_LAG
+from snakebot.robust import SIGMAS_95
 
 TOLD_BY_DATA = 0.7  # of the tolerance: a standard deviation below which the recordings say something; chosen
 GROUND_NUMBERS = ("friction.ct", "friction.cn", "link_mass_kg")  # as ``ground.tolerance_marks`` has them
@@ -29,7 +29,7 @@ def stated_numbers(evidence: Evidence, best: Trial) -> tuple[StatedNumber, ...]:
 def _lags(evidence: Evidence, best: Trial) -> list[StatedNumber]:
     """Time constants, joint by joint; the wire is taken to be as fast as stated."""
     angles, robot = evidence.angles, evidence.data.robot
-    limits, spread_s = shift_limits(angles, best.hypothesis), lag_spread_s(robot)
+    limits, spread_s = shift_limits(angles, best.hypothesis), robot.lag_spread_s
     runs = evidence.split.free
     every = range(angles.data.joints)
     stacked = StackedAngles.of(angles, every, runs, None)
@@ -52,9 +52,7 @@ def _lags(evidence: Evidence, best: Trial) -> list[StatedNumber]:
         # sandwich estimate: residuals within a block may be correlated
         pulls = np.bincount(block, weights=weight * v * (r - found * v))
         error = math.sqrt(float(pulls @ pulls)) / power
-        out += _told(
-            "servo.time_constant_s", (joint + 1,), robot.servo.time_constant_s, spread_s, -found, error
-        )
+        out += _told(SERVO_LAG, (joint + 1,), robot.servo.time_constant_s, spread_s, -found, error)
     return out
 
 
@@ -113,5 +111,5 @@ def _row(
         stated=stated,
         tolerance=tolerance,
         estimate=mean,
-        ci95=(mean - SIGMAS * spread, mean + SIGMAS * spread),
+        ci95=(mean - SIGMAS_95 * spread, mean + SIGMAS_95 * spread),
     )

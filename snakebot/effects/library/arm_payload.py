@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect
 from snakebot.effects.parameter import Parameter
 from snakebot.errors import BadInputError
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
-    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -39,7 +40,7 @@ class ArmPayload(Effect):
         ),
     )  # fmt: skip
 
-    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+    def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         from snakebot.effects.stages import arm_of
         from snakebot.physics.model import STANDARD_GRAVITY_M_S2
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect
 from snakebot.effects.parameter import Parameter, switch
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
-    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -45,7 +46,7 @@ class Backlash(Effect):
         ),
     )
 
-    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+    def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         rows[joints, layout.BACKLASH_RAD] = math.radians(spec.value("width_deg"))
         rows[joints, layout.BACKLASH_LOADED] = spec.value("loaded")
 

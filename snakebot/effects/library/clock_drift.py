@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect
 from snakebot.effects.parameter import Parameter
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from snakebot.effects.effect import Start, Track, Vector
+    from snakebot.effects.effect import Start, Track
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -24,7 +25,7 @@ class Drift:
         self._rate = rate
         self._start_s: float | None = None
 
-    def online(self, t_s: float, setpoint_rad: Vector, rng: np.random.Generator) -> tuple[float, Vector]:
+    def online(self, t_s: float, setpoint_rad: Floats, rng: np.random.Generator) -> tuple[float, Floats]:
         if self._start_s is None:
             self._start_s = t_s
         return t_s + self._rate * (t_s - self._start_s), setpoint_rad

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect
 from snakebot.effects.parameter import Parameter
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from snakebot.effects.effect import Start, Track, Vector
+    from snakebot.effects.effect import Start, Track
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -23,7 +24,7 @@ class Delay:
 
     delay_s: float
 
-    def online(self, t_s: float, setpoint_rad: Vector, rng: np.random.Generator) -> tuple[float, Vector]:
+    def online(self, t_s: float, setpoint_rad: Floats, rng: np.random.Generator) -> tuple[float, Floats]:
         return t_s + self.delay_s, setpoint_rad
 
     def batch(self, track: Track) -> Track:

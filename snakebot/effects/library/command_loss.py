@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect, Track
 from snakebot.effects.parameter import Parameter
 
 if TYPE_CHECKING:
-    from snakebot.effects.effect import Vector
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
 
@@ -23,8 +23,8 @@ class Loss:
     probability: float
 
     def online(
-        self, t_s: float, setpoint_rad: Vector, rng: np.random.Generator
-    ) -> tuple[float, Vector] | None:
+        self, t_s: float, setpoint_rad: Floats, rng: np.random.Generator
+    ) -> tuple[float, Floats] | None:
         return None if rng.random() < self.probability else (t_s, setpoint_rad)
 
     def batch(self, track: Track) -> Track:
@@ -34,7 +34,7 @@ class Loss:
         mean, square = self._held(track.setpoint_rad), self._held(square)
         return replace(track, setpoint_rad=mean, variance_rad2=np.maximum(square - mean**2, 0.0))
 
-    def _held(self, table: Vector) -> Vector:
+    def _held(self, table: Floats) -> Floats:
         """Mean of what is held: each row with 1 - p, what was held before with p; a servo that is off holds nothing."""
         from scipy.signal import lfilter
 

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect, on_joints
 from snakebot.effects.parameter import Parameter
 
 if TYPE_CHECKING:
-    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -20,22 +21,22 @@ if TYPE_CHECKING:
 class Noise:
     """A sensor filter with scatter (joints,) and a random walk of single counts at a rate of lost ones (joints,)."""
 
-    def __init__(self, std_rad: Vector, lost_per_s: Vector, count_rad: float) -> None:
+    def __init__(self, std_rad: Floats, lost_per_s: Floats, count_rad: float) -> None:
         self._std, self._lost, self._count = std_rad, lost_per_s, count_rad
         self._walk = np.zeros(std_rad.size)
         self._last_s: float | None = None
 
-    def online(self, t_s: float, angle_rad: Vector, rng: np.random.Generator) -> Vector:
+    def online(self, t_s: float, angle_rad: Floats, rng: np.random.Generator) -> Floats:
         expected = self._lost * max(0.0, t_s - (t_s if self._last_s is None else self._last_s))
         self._last_s = t_s
         self._walk += self._count * (rng.poisson(expected / 2) - rng.poisson(expected / 2))
         return angle_rad + self._walk + self._std * rng.standard_normal(self._std.size)
 
-    def batch(self, t_s: Vector, angle_rad: Vector) -> Vector:
+    def batch(self, t_s: Floats, angle_rad: Floats) -> Floats:
         return angle_rad
 
-    def variance_rad2(self, t_s: Vector) -> Vector:
-        variance: Vector = self._std**2 + (t_s - t_s[0])[:, None] * self._lost * self._count**2
+    def variance_rad2(self, t_s: Floats) -> Floats:
+        variance: Floats = self._std**2 + (t_s - t_s[0])[:, None] * self._lost * self._count**2
         return variance
 
 

@@ -7,25 +7,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect
 from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
-    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
 
-SLOW = 0.3  # share of the peak rate, below which the spring is read off the sag
-LIMITED = 0.8  # share of the furthest error seen, at which a limited drive is started
+SLOW = 0.3  # share of the peak rate, below which the spring is read off the sag; chosen
+LIMITED = 0.8  # share of the furthest error seen, at which a limited drive is started; chosen
 LEAST_SAMPLES, LEAST_SWING_RAD = (
     20,
     0.2,
 )  # of a swing without power that is evaluated: samples, and range in rad; chosen
-SWING_RAD = 0.02  # beyond which a sample of it counts less
-SWING_CLOSED = 0.3  # share of the swing's own spread that may be left for it to count as understood
-UNIT_WEIGHT_NM = 1.0  # of an arm that is not described
+SWING_RAD = 0.02  # beyond which a sample of it counts less; chosen
+SWING_CLOSED = 0.3  # share of the swing's own spread that may be left for it to count as understood; chosen
+UNIT_WEIGHT_NM = 1.0  # of an arm that is not described, by definition: torques are then shares of its weight
 
 
 class PositionLoop(Effect):
@@ -104,7 +105,7 @@ class PositionLoop(Effect):
         ),
     )  # fmt: skip
 
-    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+    def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         # A servo_lag given as well is applied after this one, and is then a filter in front of it.
         rows[joints, layout.TIME_CONSTANT_S] = 0.0
         for name, column in (
@@ -206,7 +207,7 @@ def _swing(observed: Observed) -> float | None:
         return None
     gravity, down, inertia = _loads(observed, (0,))[0]
 
-    def residual(x: Vector) -> Vector:
+    def residual(x: Floats) -> Floats:
         row = layout.nominal_parameters(1, 0.0)
         row[0, layout.ARM_GRAVITY_NM], row[0, layout.ARM_DOWN_RAD] = gravity, down
         row[0, layout.ARM_INERTIA_KG_M2] = _arm_inertia(observed.robot)
@@ -228,16 +229,16 @@ def _arm_inertia(robot: Robot) -> float:
     return float(assemble(robot, ()).servo_rows[0, layout.ARM_INERTIA_KG_M2])
 
 
-def _swung(row: Vector, t_s: Vector, angle_rad: Vector) -> Vector:
+def _swung(row: Floats, t_s: Floats, angle_rad: Floats) -> Floats:
     """(T,) how a joint let go at the first angle, at rest, swings."""
     from snakebot.physics.servo_chain import DrivenChain
 
     chain = DrivenChain(row, angle_rad[:1], t_s=float(t_s[0]), grid_s=2e-3)
-    made: Vector = chain.run(t_s, t_s[:1], np.full((1, 1), math.nan)).angle[:, 0]
+    made: Floats = chain.run(t_s, t_s[:1], np.full((1, 1), math.nan)).angle[:, 0]
     return made
 
 
-def _free_stretch(t_s: Vector, command_rad: Vector, measured_rad: Vector) -> tuple[Vector, Vector] | None:
+def _free_stretch(t_s: Floats, command_rad: Floats, measured_rad: Floats) -> tuple[Floats, Floats] | None:
     """Times and angles of the first joint from the first turning point without power on, if it turns again."""
     free = np.isnan(command_rad[:, 0]) & np.isfinite(measured_rad[:, 0])
     if free.sum() < LEAST_SAMPLES:
@@ -284,7 +285,7 @@ def _sag_stiffness(observed: Observed, joints: tuple[int, ...], gravity_nm: floa
     return max(both / square, least) if square > 0 else max(5.0 * gravity_nm, least)
 
 
-def _furthest_error_rad(observed: Observed) -> Vector:
+def _furthest_error_rad(observed: Observed) -> Floats:
     """(joints,) nearly the largest error of each joint."""
     errors = np.concatenate([np.abs(run.command_rad - run.measured_rad) for run in observed.runs])
     return np.array(

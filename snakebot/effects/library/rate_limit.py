@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect
 from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
-    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -48,7 +49,7 @@ class RateLimit(Effect):
         ),
     )
 
-    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+    def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         rows[joints, layout.RATE_LIMIT_RAD_S] = spec.value("limit_rad_s")
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:

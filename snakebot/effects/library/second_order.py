@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect
 from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
-    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -67,7 +68,7 @@ class SecondOrder(Effect):
             "damping {damping_ratio}"
         )
 
-    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+    def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         # A servo_lag given as well is applied after this one, and is then a filter in front of it.
         rows[joints, layout.TIME_CONSTANT_S] = 0.0
         rows[joints, layout.NATURAL_FREQ_RAD_S] = spec.value("natural_freq_rad_s")

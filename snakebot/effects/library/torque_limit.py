@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect, knows_load
 from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
@@ -11,7 +12,7 @@ from snakebot.physics import servo_layout as layout
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -52,7 +53,7 @@ class TorqueLimit(Effect):
         ),
     )
 
-    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+    def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         rows[joints, layout.TORQUE_LIMIT_NM] = spec.value("limit_nm")
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect, knows_load
 from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
-    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -59,7 +60,7 @@ class TorqueSpeed(Effect):
         ),
     )
 
-    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+    def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         rows[joints, layout.RATE_LIMIT_RAD_S] = spec.value("no_load_rad_s")
         rows[joints, layout.RATE_DROP_PER_S] = 0.0
         rows[joints, layout.RATE_DROP_PER_NM] = 1.0 / spec.value("stall_nm")

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect, Setting
 from snakebot.effects.parameter import Parameter
 from snakebot.errors import BadInputError
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
-    from snakebot.effects.effect import Start, Vector
+    from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -72,7 +73,7 @@ class Wiring(Effect):
         ways += ["some of them the wrong way"] * (turned and swapped)
         return "{where} " + (" and ".join(ways) if ways else "[is|are] wired wrongly")
 
-    def write_servo(self, rows: Vector, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
+    def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         if "permutation" in spec.values:
             rows[joints, layout.SOURCE] = np.array(spec.listed("permutation", len(joints))) - 1
         rows[joints, layout.SIGN] = spec.listed("signs", len(joints))

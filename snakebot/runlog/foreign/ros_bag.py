@@ -5,31 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from snakebot.errors import BadInputError
 from snakebot.runlog.container import decompress
+from snakebot.runlog.foreign import ros_mcap, ros_sqlite
+from snakebot.runlog.foreign.ros_message import MAX_BAG_MESSAGE_BYTES, BagMessage, Topic
 from snakebot.safe_yaml import load_yaml
 
 METADATA = "metadata.yaml"
 STORAGE = (".mcap", ".db3")
-MAX_FILES = 1000  # of one bag
+MAX_BAG_FILES = 1000  # of one bag
 MAX_MESSAGES = 5_000_000  # of the topics that are read; chosen: a day at 50 Hz
-MAX_MESSAGE_BYTES = 1 << 20  # a joint state has some hundred
-
-
-@dataclass(frozen=True)
-class Topic:
-    name: str
-    kind: str  # package/msg/Type
-    definition: str | None  # as ros2msg; None where the bag does not hold it
-    encoding: str = "cdr"
-
-
-class Message(NamedTuple):
-    topic: str
-    time_ns: int
-    data: bytes
 
 
 @dataclass
@@ -42,7 +29,7 @@ class Bag:
     topics: dict[str, Topic] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
 
-    def messages(self, wanted: Set[str]) -> Iterator[Message]:
+    def messages(self, wanted: Set[str]) -> Iterator[BagMessage]:
         """The messages of some topics, in the order of the files.
 
         Raises:
@@ -58,12 +45,12 @@ class Bag:
 
     def _unpacked(self, data: bytes) -> bytes:
         try:
-            raw = decompress(memoryview(data), "zstd", MAX_MESSAGE_BYTES)
+            raw = decompress(memoryview(data), "zstd", MAX_BAG_MESSAGE_BYTES)
         except ValueError as error:
             raise BadInputError(f"{self.path}: a compressed message is damaged: {error}") from None
-        if len(raw) > MAX_MESSAGE_BYTES:
+        if len(raw) > MAX_BAG_MESSAGE_BYTES:
             raise BadInputError(
-                f"{self.path}: a message is larger than {MAX_MESSAGE_BYTES >> 10} KiB; not read"
+                f"{self.path}: a message is larger than {MAX_BAG_MESSAGE_BYTES >> 10} KiB; not read"
             )
         return raw
 
@@ -94,8 +81,6 @@ def open_bag(path: Path) -> Bag:
 
 
 def _storage(file: Path) -> Any:
-    from snakebot.runlog.foreign import ros_mcap, ros_sqlite
-
     return ros_mcap if file.suffix == ".mcap" else ros_sqlite
 
 
@@ -118,8 +103,8 @@ def _described(folder: Path) -> tuple[tuple[Path, ...], bool]:
     names = about.get("relative_file_paths") if isinstance(about, Mapping) else None
     if not isinstance(about, Mapping) or not isinstance(names, list) or not names:
         raise BadInputError(f"{where}: not a bag's: rosbag2_bagfile_information names no files")
-    if len(names) > MAX_FILES:
-        raise BadInputError(f"{where}: {len(names)} files; at most {MAX_FILES} are read")
+    if len(names) > MAX_BAG_FILES:
+        raise BadInputError(f"{where}: {len(names)} files; at most {MAX_BAG_FILES} are read")
     mode = str(about.get("compression_mode") or "").lower()
     form = str(about.get("compression_format") or "").lower()
     if mode == "file":

@@ -17,10 +17,11 @@ from mcap.records import Message as McapMessage
 from mcap.writer import MCAP0_MAGIC
 
 from snakebot.errors import BadInputError
-from snakebot.runlog.container import MAX_CHANNELS, MAX_RATIO, MAX_TOTAL_BYTES, NOT_AS_WRITTEN, decompress
-from snakebot.runlog.foreign.ros_bag import MAX_MESSAGE_BYTES, Message, Topic
+from snakebot.runlog.container import MAX_CHANNELS, MAX_TOTAL_BYTES, NOT_AS_WRITTEN, decompress
+from snakebot.runlog.foreign.ros_message import MAX_BAG_MESSAGE_BYTES, BagMessage, Topic
+from snakebot.runlog.number_table import MAX_RATIO
 
-MAX_CHUNK_BYTES = 32 << 20  # decompressed; rosbag2's presets have up to 4 MiB
+MAX_BAG_CHUNK_BYTES = 32 << 20  # decompressed; rosbag2's presets have up to 4 MiB
 MAX_STORED_BYTES = 64 << 20  # of one record
 
 _READ: dict[int, Any] = {
@@ -50,7 +51,7 @@ def topics(path: Path, problems: list[str]) -> list[Topic]:
     ]
 
 
-def messages(path: Path, wanted: Set[str], problems: list[str]) -> Iterator[Message]:
+def messages(path: Path, wanted: Set[str], problems: list[str]) -> Iterator[BagMessage]:
     """The messages of some topics."""
     seen = len(problems)
     yield from _Walk(path, problems).messages(wanted)
@@ -93,10 +94,12 @@ class _Walk:
         self.channels: dict[int, Channel] = {}
         self._read_bytes = 0
 
-    def messages(self, wanted: Set[str]) -> Iterator[Message]:
+    def messages(self, wanted: Set[str]) -> Iterator[BagMessage]:
         try:
             with self.path.open("rb") as file:
-                self._allowed = min(MAX_TOTAL_BYTES, MAX_CHUNK_BYTES + MAX_RATIO * self.path.stat().st_size)
+                self._allowed = min(
+                    MAX_TOTAL_BYTES, MAX_BAG_CHUNK_BYTES + MAX_RATIO * self.path.stat().st_size
+                )
                 if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                     raise BadInputError(f"{self.path}: not an MCAP file")
                 yield from self._records(_outer(file, self.path.stat().st_size), wanted)
@@ -108,7 +111,7 @@ class _Walk:
         except OSError as error:
             raise BadInputError(f"{self.path}: cannot be read: {error.strerror or error}") from None
 
-    def _records(self, records: Any, wanted: Set[str]) -> Iterator[Message]:
+    def _records(self, records: Any, wanted: Set[str]) -> Iterator[BagMessage]:
         for record in records:
             if isinstance(record, Header) and record.profile == "snakebot":
                 raise BadInputError(
@@ -121,10 +124,10 @@ class _Walk:
             else:
                 self._declare(record)
 
-    def _chunk(self, chunk: Chunk, wanted: Set[str]) -> Iterator[Message]:
+    def _chunk(self, chunk: Chunk, wanted: Set[str]) -> Iterator[BagMessage]:
         size = chunk.uncompressed_size
         self._read_bytes += size
-        if size > MAX_CHUNK_BYTES or self._read_bytes > self._allowed:
+        if size > MAX_BAG_CHUNK_BYTES or self._read_bytes > self._allowed:
             raise BadInputError(f"{self.path}: unpacks to more than {self._allowed >> 20} MiB; not read")
         try:
             data = decompress(memoryview(chunk.data), chunk.compression, size)
@@ -156,12 +159,12 @@ class _Walk:
         if len(self.schemas) + len(self.channels) > 2 * MAX_CHANNELS:
             raise BadInputError(f"{self.path}: more than {MAX_CHANNELS} channels; not read")
 
-    def _message(self, channel_id: int, log_ns: int, data: bytes, wanted: Set[str]) -> Iterator[Message]:
+    def _message(self, channel_id: int, log_ns: int, data: bytes, wanted: Set[str]) -> Iterator[BagMessage]:
         channel = self.channels.get(channel_id)
         if channel is None or channel.topic not in wanted:
             return
-        if len(data) > MAX_MESSAGE_BYTES:
+        if len(data) > MAX_BAG_MESSAGE_BYTES:
             raise BadInputError(
-                f"{self.path}: a message of {channel.topic} is larger than {MAX_MESSAGE_BYTES >> 10} KiB; not read"
+                f"{self.path}: a message of {channel.topic} is larger than {MAX_BAG_MESSAGE_BYTES >> 10} KiB; not read"
             )
-        yield Message(channel.topic, log_ns, data)
+        yield BagMessage(channel.topic, log_ns, data)

@@ -15,7 +15,8 @@ from snakebot.arrays import Bools, Floats, Ints
 from snakebot.errors import BadInputError
 from snakebot.runlog.foreign.angles import AngleForm
 from snakebot.runlog.foreign.made_run import chosen, made_run
-from snakebot.runlog.foreign.ros_bag import Bag, Topic
+from snakebot.runlog.foreign.ros_bag import Bag
+from snakebot.runlog.foreign.ros_message import Topic
 from snakebot.runlog.foreign.ros_messages import TAKEN, stamp_ns, trajectory
 from snakebot.runlog.foreign.ros_types import (
     ARRAY,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from snakebot.errors import BadInputError
 from snakebot.runlog.container import MAX_CHANNELS
-from snakebot.runlog.foreign.ros_bag import MAX_MESSAGE_BYTES, Message, Topic
+from snakebot.runlog.foreign.ros_message import MAX_BAG_MESSAGE_BYTES, BagMessage, Topic
 
 
 def topics(path: Path, problems: list[str]) -> list[Topic]:
@@ -41,7 +41,7 @@ def topics(path: Path, problems: list[str]) -> list[Topic]:
     return made
 
 
-def messages(path: Path, wanted: Set[str], problems: list[str]) -> Iterator[Message]:
+def messages(path: Path, wanted: Set[str], problems: list[str]) -> Iterator[BagMessage]:
     """The messages of some topics."""
     names = sorted(wanted)
     query = (
@@ -53,7 +53,7 @@ def messages(path: Path, wanted: Set[str], problems: list[str]) -> Iterator[Mess
             for name, time_ns, data in database.execute(query, names):
                 if not isinstance(time_ns, int) or not isinstance(data, bytes):
                     raise BadInputError(f"{path}: a message without a time or without data")
-                yield Message(name, time_ns, data)
+                yield BagMessage(name, time_ns, data)
     except (sqlite3.Error, OverflowError, ValueError) as error:
         raise BadInputError(f"{path}: cannot be read as a bag: {error}") from None
 
@@ -63,7 +63,7 @@ def _open(path: Path) -> sqlite3.Connection:
     if not path.is_file():
         raise BadInputError(f"{path}: no such file")
     database = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
-    database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_MESSAGE_BYTES)
+    database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_BAG_MESSAGE_BYTES)
     database.execute("PRAGMA trusted_schema=OFF")
     database.execute("PRAGMA cell_size_check=ON")
     _tables(path, database, ("topics", "messages"))

@@ -24,7 +24,7 @@ SAME_SHARE, SAME_SHARE_JOINT = 0.95, 0.8
 CLAIMED_SHARE, CLAIMED_SHARE_JOINT = 0.8, 0.5
 # Rms of what the commands differ by, over their own, beyond which the motion is another one; chosen.
 FAR_OFF = 0.25
-MIN_OVERLAP = 0.5  # share of the shorter run that both must have in common; chosen
+COMMON_SHARE = 0.5  # share of the shorter run that both must have in common; chosen
 # Of the longer run, by which runs may differ in length if none claims to repeat the other; chosen.
 SAME_LENGTH = 0.1
 NO_SHIFT = 0.05  # of a sample's interval: a shift that small is the jitter of the ticks; chosen
@@ -112,7 +112,7 @@ class _Pair:
         columns = np.flatnonzero(self.moving)
         a, b = self.a[:, columns] / self.size_rad[columns], self.b[:, columns] / self.size_rad[columns]
         for most_s in (NEARBY * self.period_s, None):
-            found = find_shift(self.ta, a, self.tb, b, most_s=most_s, offsets=False, min_overlap=MIN_OVERLAP)
+            found = find_shift(self.ta, a, self.tb, b, most_s=most_s, offsets=False, min_overlap=COMMON_SHARE)
             if found is None:
                 continue
             shift_s = 0.0 if abs(found.shift_s) < NO_SHIFT * self.period_s else found.shift_s
@@ -125,7 +125,7 @@ class _Pair:
         """The two at a shift, or None where too few samples are the same there."""
         t_s = self.ta + shift_s
         inside = (t_s >= -1e-9) & (t_s <= self.tb[-1] + 1e-9)
-        if inside.sum() * np.median(np.diff(self.ta)) < MIN_OVERLAP * min(self.ta[-1], self.tb[-1]):
+        if inside.sum() * np.median(np.diff(self.ta)) < COMMON_SHARE * min(self.ta[-1], self.tb[-1]):
             return None
         other = np.stack([np.interp(t_s, self.tb, column) for column in self.b.T], axis=1)
         other[~inside] = np.nan

@@ -13,7 +13,9 @@ from snakebot.arrays import Floats
 MIN_OVERLAP = 0.3  # share of the shorter recording that two recordings must have in common; chosen
 EQUALLY_GOOD = 0.01  # misfits that differ by less belong to a motion that repeats; chosen
 DEEP = 0.1  # misfit above the least one, up to which a valley between two samples may turn out the deepest; chosen
-WIDEST_GAP = 4.5  # sample intervals, across which a signal is not interpolated; chosen
+# Sample intervals, across which a signal is not interpolated; chosen: up to four are bridged, as by
+# ``diagnosis.evidence.repeats``, and the half keeps the jitter of the ticks from deciding about four.
+WIDEST_GAP = 4.5
 
 
 @dataclass(frozen=True)

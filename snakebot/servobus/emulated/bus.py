@@ -14,7 +14,7 @@ from snakebot.servobus.emulated.chain import ServoChain
 from snakebot.servobus.emulated.servo import EmulatedServo
 from snakebot.servobus.packets import BROADCAST, Dialect, Packet
 
-Wire = Callable[[Sequence[bytes]], bytes]
+ServoWire = Callable[[Sequence[bytes]], bytes]
 _OFTEN_S = 0.0005  # the snake is not looked at more often
 _GAP_S = 0.002  # a pause within a packet after which a servo forgets its beginning
 
@@ -38,8 +38,8 @@ class EmulatedBus:
         servos: Sequence[EmulatedServo],
         chain: ServoChain | None = None,
         *,
-        to_host: Wire = _clean,
-        to_servos: Wire = _clean,
+        to_host: ServoWire = _clean,
+        to_servos: ServoWire = _clean,
     ) -> None:
         families = {servo.model.family for servo in servos}
         assert len(families) == 1, families

@@ -6,13 +6,13 @@ import pytest
 from answers import LIMIT, made
 
 from snakebot.diagnosis.result import SpeedClosure, StatedNumber
-from snakebot.diagnosis.show.apply import LAG, calibrated
-from snakebot.robot import load_robot
+from snakebot.diagnosis.show.apply import calibrated
+from snakebot.robot import SERVO_LAG, load_robot
 
 
 def told(joint: int, lag_s: float) -> StatedNumber:
     return StatedNumber(
-        number=LAG, joints=(joint,), stated=0.03, tolerance=0.0018, estimate=lag_s, ci95=(lag_s, lag_s)
+        number=SERVO_LAG, joints=(joint,), stated=0.03, tolerance=0.0018, estimate=lag_s, ci95=(lag_s, lag_s)
     )
 
 
@@ -20,7 +20,7 @@ def test_the_lag_becomes_the_mean_of_those_that_the_runs_tell() -> None:
     found = made("explained", LIMIT).model_copy(update={"nominal": (told(1, 0.032), told(2, 0.034))})
     robot = calibrated(load_robot("penn_state"), found)
     assert robot.servo.time_constant_s == pytest.approx(0.033)
-    assert robot.provenance[LAG].status == "fitted"
+    assert robot.provenance[SERVO_LAG].status == "fitted"
     assert robot.effects == (LIMIT.specification,)
 
 

@@ -13,7 +13,7 @@ from snakebot.diagnosis.verdict.decision import (
     MOST_LEFT_OVER,
     PREDICTABLE,
     SOME_LEFT,
-    Facts,
+    VerdictFacts,
     decide,
 )
 from snakebot.diagnosis.verdict.rest import MUCH_LEFT, Rest
@@ -21,7 +21,7 @@ from snakebot.diagnosis.verdict.rest import MUCH_LEFT, Rest
 GAP = Gap(np.array([1e-3]), np.array([True]), np.nan, False)
 NONE = Gap(np.zeros(1), np.array([False]), np.nan, False)
 NO_REST = Rest(share=0.0, gap=NONE, predictable=0.0, ratio=0.0)
-FACTS = Facts(
+FACTS = VerdictFacts(
     gap=GAP,
     explanation=True,
     rest=NO_REST,

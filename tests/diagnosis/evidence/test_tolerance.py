@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sessions import bench, make_session
+from sessions import bench, make_session, snake
 
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import gather
 from snakebot.diagnosis.evidence.tolerance import (
+    CREDIBLE,
     ShiftLimits,
     StackedTimes,
     bounded_share,
@@ -79,6 +80,28 @@ def test_shares_of_the_tolerances_stay_within_them(a: float, b: float) -> None:
     assert np.all(found <= 1.0)
     if -1 < a < 1 and 0 < b < 1:
         assert found == pytest.approx([a, b], rel=0.12, abs=0.03)  # held towards zero a little
+
+
+@settings(deadline=None)  # the first call imports an optimiser
+@given(st.lists(st.floats(-10, 10), min_size=12, max_size=12))
+def test_together_the_tolerances_are_no_further_off_than_one_may_be(size: list[float]) -> None:
+    """Each of many numbers at the edge of what is credible is not credible at all."""
+    spread = np.linspace(0.01, 0.1, 12)
+    marks = np.tile(np.eye(12) / spread, (100, 1))
+    most = CREDIBLE * spread
+    found = bounded_share(np.tile(size, 100), marks, -most, most, spread, np.full(1200, 1e-8)) / spread
+    assert np.linalg.norm(found) <= CREDIBLE * (1 + 1e-9)
+    if np.linalg.norm(size) < CREDIBLE:
+        assert found == pytest.approx(size, abs=0.1)
+    else:
+        assert np.linalg.norm(found) == pytest.approx(CREDIBLE, abs=0.1)
+
+
+@pytest.mark.parametrize(("ct_scale", "gap"), [(1.05, False), (2.0, True)])
+def test_many_tolerances_at_once_do_not_hide_what_the_ground_does(ct_scale: float, gap: bool) -> None:
+    session = make_session(snake(), [f"ground_friction:ct_scale={ct_scale}"], pose=True)
+    evidence = gather(prepare(session))
+    assert gap_of(evidence.scoring, nominal_trial(evidence).held_square).any is gap
 
 
 def test_a_tolerance_that_leaves_no_mark_is_not_made_use_of() -> None:

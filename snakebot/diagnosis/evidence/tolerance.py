@@ -22,8 +22,8 @@ from snakebot.physics.compiled import jit
 from snakebot.robot import Robot
 
 # Standard deviations that a stated number may be off by before that is a gap; chosen: of 1000 sound servos one is
-# further off. The distance of all that bears on the motion over ground, together, is bounded by the same: of 216 robots
-# without an effect (seeds 5, 7 and 8 of the blind check, opened) one came to 3.5, one to 3.4, all others to 3.2 at most.
+# further off. The distance of all that bears on the motion over ground, together, is bounded by the same: of 216
+# robots without an effect (seeds 5, 7 and 8 of the blind check, opened) one came to 3.5, one to 3.4, the others to 3.2.
 CREDIBLE = 3.3
 SHAPE_TOLERANCE = 0.02  # share of what the nominal lag changes, that a sound servo may differ by; chosen
 REWEIGHTED = 4  # iterations of the reweighted least squares; chosen: the shares settle within three

@@ -16,18 +16,14 @@ from snakebot.effects.parameter import Parameter
 from snakebot.robot import Robot
 from snakebot.robust import SIGMAS_95
 
-# Standard deviation of a parameter, as a share of its distance from neutral, because a real effect is not quite the
-# library's. Measured on the blind check's set for calibrating, where ``tools/blind/score`` prints the coverage: with
-# it, 95 % intervals held 86 % of the true values; a larger one would not help, the rest are effects of another kind.
-MODEL_SHARE = 0.06
-
 
 def standard_errors(evidence: Evidence, trial: Trial, *, tolerances: bool = True) -> Floats:
     """(p,) standard errors of the parameters; inf where the data say nothing."""
     square = np.diag(trial.covariance).copy() if trial.theta.size else np.zeros(0)
     square = np.where(np.isnan(square), np.inf, square)
     neutral = np.array([p.neutral for p in trial.hypothesis.parameters])
-    square = square + np.square(MODEL_SHARE * (trial.theta - neutral))
+    real_share = np.array([p.real_share for p in trial.hypothesis.parameters])
+    square = square + np.square(real_share * (trial.theta - neutral))
     if not tolerances or not trial.theta.size:
         return np.asarray(np.sqrt(square))
     body = any(term.stage == "body" for term in trial.hypothesis.terms)

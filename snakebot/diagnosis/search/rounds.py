@@ -52,9 +52,19 @@ def explore(
         : MOST_FURTHER if base.hypothesis.terms else MOST_TRIALS
     ]
     progress("holding out gaits", 0.8)
-    trials = held_out(evidence, [fits[i] for i in kept if reached[i] > 0], base)
+    chosen = [fits[i] for i in kept if reached[i] > 0]
+    trials = ranked(scoring, held_out(evidence, chosen, base))
+    if trials:
+        trials = ranked(scoring, [*trials, *_widened(evidence, chosen, trials[0])])
     progress("", 1.0)
-    return ranked(scoring, trials), fits
+    return trials, fits
+
+
+def _widened(evidence: Evidence, fits: Sequence[Trial], first: Trial) -> list[Trial]:
+    """What a rough fit took for the winner in more words, held out after all: a better fit may tell them apart."""
+    winner = next(t for t in fits if t.hypothesis == first.hypothesis)
+    wider = [t for t in fits if _says_no_more(evidence, t, winner)]
+    return in_parallel(lambda t: run_trial(evidence, t.hypothesis, [t.theta]), wider)
 
 
 def called_for(evidence: Evidence, library: Library, base: Trial, effects: Sequence[Effect]) -> list[Effect]:

@@ -31,6 +31,11 @@ from snakebot.physics.servo_layout import (
 )
 from snakebot.smoothing import smoothed
 
+# Span of the cubics through measured angles, s, before torques are made of them. Measured: of 0.2, 0.3 and 0.5 s it
+# comes nearest where a joint bends by some degrees (readings off by .02 to .2 deg), and nearer than the torques of the
+# nominal motion.
+LOAD_SMOOTH_S = 0.3
+
 
 class Simulator:
     """Predicts the runs of one session. May be used from several threads."""
@@ -95,9 +100,8 @@ class Simulator:
             loads_nm: torques (N, k) that the servos bear in each of the given runs, where they are known: joints stay
                 apart.
             columns: 0-based joints that are asked for; the others may come out as nan.
-            rough: take the torques of the nominal motion for those that the servos bear, or of the measured one where
-                a joint is slower under load, where that will do: no body needs to be simulated then, and joints stay
-                apart.
+            rough: take the torques of the measured motion for those that the servos bear, where that will do: no body
+                needs to be simulated then, and joints stay apart.
         """
         specs = tuple(specs)
         wanted = range(len(self.data.runs)) if runs is None else runs
@@ -129,7 +133,7 @@ class Simulator:
             known = stages.true_angle(t_s, known)
         rows = stages.servo_rows
         if rough and stages.model is not None and stages.feels_load and not _goes_along(rows):
-            load_nm = self.measured_load(index) if _slowed(rows) else self.load(index)
+            load_nm = self.measured_load(index)
         return ServoRun(t_s, track, known_rad=known, load_nm=load_nm)
 
     def between_samples(self, index: int, parts: int) -> tuple[Floats, Floats]:
@@ -158,7 +162,8 @@ class Simulator:
 
         def torque() -> Floats | None:
             run = self.data.runs[index]
-            return self.stages((), in_air=run.lifted).torque_of(run.t_s, self.smooth[index])
+            motion = smoothed(run.t_s, self.measured[index], LOAD_SMOOTH_S)
+            return self.stages((), in_air=run.lifted).torque_of(run.t_s, motion)
 
         return self._kept(self._measured_loads, index, torque)
 
@@ -180,5 +185,5 @@ def _goes_along(rows: Floats) -> bool:
 
 
 def _slowed(rows: Floats) -> bool:
-    """Whether some joint is slower under load, so that the load is another one than that of the nominal motion."""
+    """Whether some joint is slower under load."""
     return bool((rows[:, RATE_DROP_PER_NM] > 0).any())

@@ -29,6 +29,9 @@ from snakebot.effects.registry import find_effect
 Fixed = tuple[tuple[str, float | tuple[float, ...]], ...]
 
 HELPS_SE = 2.5  # standard errors that an effect must gain on a joint; chosen
+# The same where the first look takes the torques of another motion than the one that the effect makes: what scatters is
+# then mostly the look itself; chosen.
+HELPS_SE_ROUGH = 1.0
 # Score that it must gain there: 6 % of the mean square; chosen. Less than ``acceptance.LEAST_GAIN``, since it only says
 # on which joints an effect is tried: held-out gaits decide with the other whether it is accepted.
 HELPS_SCORE = 0.03
@@ -178,7 +181,9 @@ def _of_kind(
         return _coupled(evidence, library, base, effect, fixed, taken)
     runs, fit = each_joint(evidence, base, terms, starts)
     gains = [_joint_gain(evidence.angles, base, runs, fit.residual, j) for j in range(joints)]
-    helped = [j for j in helped_joints(evidence.scoring, base, gains) if j + 1 not in taken]
+    exact = not (terms and evidence.predictor.simulator.needs_body(terms[0].specs(starts[0][0])))
+    clear = HELPS_SE if exact else HELPS_SE_ROUGH
+    helped = [j for j in helped_joints(evidence.scoring, base, gains, clear) if j + 1 not in taken]
     if not helped:
         return []
     subsets = [tuple(helped)]
@@ -268,14 +273,16 @@ def _block_squares(
     return names, np.bincount(index, weights=np.square(residual[used, joint])) / counts
 
 
-def helped_joints(scoring: Scoring, base: Trial, gains: Sequence[JointGain]) -> list[int]:
-    """0-based joints with a gap, on which the gain over ``base`` is clear."""
+def helped_joints(
+    scoring: Scoring, base: Trial, gains: Sequence[JointGain], clear_se: float = HELPS_SE
+) -> list[int]:
+    """0-based joints with a gap, on which the gain over ``base`` is clear by so many standard errors."""
     gap = gap_of(scoring, base.held_square).significant
     least = HELPS_SHARE * max((g.total for j, g in enumerate(gains) if gap[j]), default=0.0)
     return [
         j
         for j, g in enumerate(gains)
-        if gap[j] and g.z > HELPS_SE and g.mean > HELPS_SCORE and g.total > least
+        if gap[j] and g.z > clear_se and g.mean > HELPS_SCORE and g.total > least
     ]
 
 

@@ -16,6 +16,7 @@ from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import CHANGED
+from snakebot.diagnosis.evidence.tolerance import ShiftLimits
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, informative_runs
 from snakebot.diagnosis.search.candidate import Candidate
@@ -40,16 +41,18 @@ def promise(evidence: Evidence, base: Trial, candidate: Candidate) -> float:
     """The largest gain in mean score over ``base``, on the two runs that tell most."""
     runs, scoring = informative_runs(evidence), evidence.scoring
     rows = scoring.of_angles & np.isin(scoring.run, runs)
+    old = _unchanged(evidence, base, runs)
     made = _scaled(evidence, base, runs, (candidate.hypothesis.specs(start) for start in candidate.starts))
-    return max(scoring.gain(new, base.held_square, rows).mean for new in made)
+    return max(scoring.gain(new, old, rows).mean for new in made)
 
 
 def promised_on_a_joint(evidence: Evidence, base: Trial, sets: Iterable[Sequence[EffectSpec]]) -> float:
     """The largest mean gain over ``base`` on one joint with a gap, where one of the ``sets`` of effects does something:
     an effect on each joint is tried on all of them at once.
     """
-    runs, scoring, old = informative_runs(evidence), evidence.scoring, base.held_square
-    with_gap = np.flatnonzero(gap_of(scoring, old).significant)
+    runs, scoring = informative_runs(evidence), evidence.scoring
+    old = _unchanged(evidence, base, runs)
+    with_gap = np.flatnonzero(gap_of(scoring, base.held_square).significant)
     on_joint = [np.isin(scoring.run, runs) & (scoring.joint == joint) for joint in with_gap]
     best = 0.0
     for new in _scaled(evidence, base, runs, sets):
@@ -57,6 +60,11 @@ def promised_on_a_joint(evidence: Evidence, base: Trial, sets: Iterable[Sequence
         gains = [scoring.gain(new, old, rows).mean for mine in on_joint if (rows := mine & moved).any()]
         best = max((best, *gains))
     return best
+
+
+def _unchanged(evidence: Evidence, base: Trial, runs: Sequence[int]) -> Floats:
+    """(B,) mean squares of ``base``, the nominal lags off by what suits it in these runs."""
+    return _squares(evidence, base, runs, [base.readings[i] for i in runs], base.specs)
 
 
 def _scaled(
@@ -67,9 +75,31 @@ def _scaled(
     """
     for specs in sets:
         made = evidence.predictor.readings(specs, runs, rough=True)
-        change = {i: reading - base.readings[i] for i, reading in zip(runs, made, strict=True)}
         for share in SHARES:
-            left = [rest - share * change[i] if i in change else rest for i, rest in enumerate(base.left)]
-            square = base.held_square.copy()
-            square[evidence.scoring.of_angles] = evidence.angles.blocks.mean_square(left)
-            yield evidence.scoring.credited(square)
+            mixed = [(1 - share) * base.readings[i] + share * new for i, new in zip(runs, made, strict=True)]
+            yield _squares(evidence, base, runs, mixed, specs)
+
+
+def _squares(
+    evidence: Evidence,
+    base: Trial,
+    runs: Sequence[int],
+    readings: Sequence[Floats],
+    specs: Sequence[EffectSpec],
+) -> Floats:
+    """(B,) mean squares with other ``readings`` in some runs, and the nominal lags off by what suits those."""
+    within = evidence.angles.residuals_within(readings, runs, _shift_limits(evidence, specs))
+    of_run = dict(zip(runs, within, strict=True))
+    left = [of_run.get(i, rest) for i, rest in enumerate(base.left)]
+    square = base.held_square.copy()
+    square[evidence.scoring.of_angles] = evidence.angles.blocks.mean_square(left)
+    return evidence.scoring.credited(square)
+
+
+def _shift_limits(evidence: Evidence, specs: Sequence[EffectSpec]) -> ShiftLimits:
+    """How much less than stated each joint may lag beside these effects: not where they set the delay themselves."""
+    count = evidence.data.joints
+    setting = [spec for spec in specs if "delay" in spec.effect.covers]
+    return ShiftLimits.of(
+        evidence.data.robot, [[j - 1 for j in spec.joints or range(1, count + 1)] for spec in setting]
+    )

@@ -70,7 +70,8 @@ class ClockDrift(Effect):
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
         # half a sample at the end of the longest run: less would be lost in the noise
-        return [{"ppm": self.parameters[0].clip(0.5e6 * observed.sample_s / observed.duration_s)}]
+        late = 0.5e6 * observed.sample_s / observed.duration_s
+        return [{"ppm": self.parameters[0].clip(late)}, {"ppm": self.parameters[0].clip(-late)}]
 
 
 EFFECT = ClockDrift()

@@ -1,0 +1,62 @@
+"""One round of the search: what is fitted, held out and compared."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sessions import make_session, snake
+
+from snakebot.diagnosis.evidence.data import prepare
+from snakebot.diagnosis.evidence.gather import gather
+from snakebot.diagnosis.fit.hypothesis import Term
+from snakebot.diagnosis.fit.trial import Trial, nominal_trial
+from snakebot.diagnosis.search.candidate import added
+from snakebot.diagnosis.search.library import usable_effects
+from snakebot.diagnosis.search.outlook import SHARE_OF_BEST, promise
+from snakebot.diagnosis.search.rounds import explore
+from snakebot.effects.registry import find_effect
+
+
+def explored(effect: str) -> list[Trial]:
+    evidence = gather(prepare(make_session(snake(), [effect])))
+    library = usable_effects(evidence.data, over_ground=False)
+    return explore(evidence, library, nominal_trial(evidence), lambda text, share: None)[0]
+
+
+def named(trials: list[Trial], effect: str) -> list[Trial]:
+    return [t for t in trials if t.hypothesis.names == (effect,)]
+
+
+def test_what_a_rough_fit_takes_for_the_winner_in_more_words_is_held_out_too() -> None:
+    """All joints bend: friction beside it comes out at zero, which only the full fit can say for sure."""
+    trials = explored("compliance:stiffness_nm_rad=40")
+    assert trials[0].hypothesis.names == ("compliance",)
+    assert named(trials, "joint_friction")
+
+
+@pytest.mark.parametrize("stiffness_nm_rad", [5, 15])
+def test_a_joint_that_bends_by_many_degrees_is_found(stiffness_nm_rad: float) -> None:
+    """The torques of the nominal motion are then far from those that bend it."""
+    trials = explored(f"compliance:stiffness_nm_rad={stiffness_nm_rad},joints=2")
+    assert trials[0].hypothesis.names == ("compliance",)
+    assert trials[0].theta == pytest.approx([stiffness_nm_rad], rel=0.02)
+
+
+@pytest.mark.parametrize("effect", ["backlash:width_deg=1,joints=2", "clock_drift:ppm=-3000"])
+def test_what_looks_like_a_delay_of_another_size_or_sign_is_tried(effect: str) -> None:
+    """A small play passes for a lag within tolerance, which the promise of a play must not reckon with twice."""
+    trials = explored(effect)
+    assert named(trials[:1], effect.split(":")[0])
+
+
+def test_a_joint_that_gives_way_and_hardly_rubs_is_not_lost_to_friction_before_the_fit() -> None:
+    session = make_session(snake(), ["joint_friction:coulomb_nm=0.06,stiffness_nm_rad=60,joints=2"])
+    evidence = gather(prepare(session))
+    observed = usable_effects(evidence.data, over_ground=False).observed
+    base = nominal_trial(evidence)
+
+    def promised(effect: str) -> float:
+        starts = [np.array(list(s.values())) for s in find_effect(effect).starts(observed, (1,))]
+        return promise(evidence, base, added(base, Term(effect, (2,)), starts))
+
+    assert promised("joint_friction") > SHARE_OF_BEST * promised("compliance") > 0

@@ -22,7 +22,8 @@ from snakebot.diagnosis.fit.trial import Trial, informative_runs
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.effects.spec import EffectSpec
 
-# Shares of the change that an effect makes at a start, and multiples: the best is what a fit might reach; chosen.
+# Shares of the change that an effect makes at a start, and multiples, beside the one of least squares, which is between
+# the first and the last: the best is what a fit might reach; chosen.
 SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
 SHARE_OF_BEST = 0.1  # share of the largest gain promised that a candidate is to promise; chosen
 
@@ -75,9 +76,21 @@ def _scaled(
     """
     for specs in sets:
         made = evidence.predictor.readings(specs, runs, rough=True)
-        for share in SHARES:
-            mixed = [(1 - share) * base.readings[i] + share * new for i, new in zip(runs, made, strict=True)]
+        change = [new - base.readings[i] for i, new in zip(runs, made, strict=True)]
+        for share in (*SHARES, _least_squares(evidence, base, runs, change)):
+            mixed = [base.readings[i] + share * part for i, part in zip(runs, change, strict=True)]
             yield _squares(evidence, base, runs, mixed, specs)
+
+
+def _least_squares(evidence: Evidence, base: Trial, runs: Sequence[int], change: Sequence[Floats]) -> float:
+    """The share of a ``change`` of the readings in some runs that leaves the least of what ``base`` leaves there."""
+    gained = power = 0.0
+    for index, part in zip(runs, change, strict=True):
+        run = evidence.data.runs[index]
+        used = run.use & np.isfinite(part)
+        gained += float((part[used] * (run.measured_rad - base.readings[index])[used]).sum())
+        power += float(np.square(part[used]).sum())
+    return float(np.clip(gained / power, SHARES[0], SHARES[-1])) if power > 0 else SHARES[0]
 
 
 def _squares(

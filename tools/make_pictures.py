@@ -5,8 +5,9 @@ tools/make_pictures.py run          docs/run.png, from a run on the simulated bo
 tools/make_pictures.py diagnosis    docs/diagnosis.svg, the rooms of a diagnosis and what goes from one to the next
 tools/make_pictures.py examples     docs/examples-pwm.png and docs/examples-xl330.png, from the answers that the
                                     commands of docs/examples.md left in this folder; not drawn unless asked for
-tools/make_pictures.py reliability  docs/blind-reliability.png, the reliability.png that tools/blind/score left in
-                                    this folder; not drawn unless asked for
+tools/make_pictures.py blind        docs/blind-reliability.png, docs/blind-wrong-1.png, docs/blind-wrong-2.png and
+                                    docs/blind-wrong-3.png, what tools/blind/score --traces 3 left in this folder;
+                                    not drawn unless asked for (docs/blind-reliability-seed5.png is an older one)
 """
 
 from __future__ import annotations
@@ -186,16 +187,17 @@ def draw_examples() -> None:
         figure.savefig(ROOT / picture, dpi=100)
 
 
-def take_reliability() -> None:
-    """How often causes were right by the probability given to them, of the latest report of the blind check."""
-    shutil.copyfile("reliability.png", ROOT / "docs" / "blind-reliability.png")
+def take_blind() -> None:
+    """Of the latest report of the blind check: how often causes were right by their probability, and wrong answers."""
+    for name in ("reliability", "wrong_1", "wrong_2", "wrong_3"):
+        shutil.copyfile(f"{name}.png", ROOT / "docs" / f"blind-{name.replace('_', '-')}.png")
 
 
 PICTURES = {
     "run": draw_run,
     "diagnosis": draw_diagnosis,
     "examples": draw_examples,
-    "reliability": take_reliability,
+    "blind": take_blind,
 }
 ALWAYS = ("run", "diagnosis")
 

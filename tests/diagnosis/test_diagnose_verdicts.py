@@ -11,8 +11,11 @@ import pytest
 from sessions import GAITS, bench, make_session, snake
 
 from snakebot.diagnosis import Diagnosis, diagnose, json_schema
+from snakebot.diagnosis.evidence.data import prepare
+from snakebot.diagnosis.evidence.gather import gather
 from snakebot.diagnosis.show.page import page
 from snakebot.diagnosis.show.words import summary
+from snakebot.diagnosis.verdict.noise import noisy_encoders
 from snakebot.effects import predict
 from snakebot.runlog import Session
 
@@ -212,6 +215,21 @@ def test_lost_set_points_say_nothing_of_the_ground() -> None:
     (warning,) = (w for w in found.warnings if "motion over ground" in w)
     assert warning.startswith("servos jump between samples too much")
     assert "falls from" not in summary(found)
+
+
+def test_jumps_of_servos_that_miss_set_points_are_no_noise_of_encoders() -> None:
+    """The quicker the servos, the more their readings scatter from sample to sample."""
+    robot, runs = bench(2), []
+    robot = robot.model_copy(update={"servo": robot.servo.model_copy(update={"time_constant_s": 0.005})})
+    for number, run in enumerate(make_session(robot).runs):
+        lost = np.random.default_rng(number).random(len(run)) < 0.5
+        lost[0] = False
+        arrived = run.command_rad[np.maximum.accumulate(np.where(lost, 0, np.arange(len(run))))]
+        runs.append(replace(run, measured_rad=predict(robot, (), run.t_s, arrived).encoder_rad))
+    session = Session(robot, tuple(runs[:3]))
+    data = prepare(session)
+    assert noisy_encoders(data, gather(data).floor) is not None
+    assert [cause.effect for cause in diagnose(session, quick=True).causes] == ["command_loss"]
 
 
 @pytest.mark.parametrize("probability", [pytest.param(0.1, marks=pytest.mark.slow), 0.4])

@@ -106,7 +106,9 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     scoring, doubts = evidence.scoring, evidence.floor.doubts
     warnings: list[str] = []
     gap = gap_of(scoring, found.nominal.held_square)
-    noise = noisy_encoders(evidence.data, evidence.floor) if options.may_name(noise_effect().name) else None
+    # Where set-points are lost at random, servos jump from sample to sample: that scatter is no encoder's.
+    tells_noise = options.may_name(noise_effect().name) and not found.seen_in_scatter
+    noise = noisy_encoders(evidence.data, evidence.floor) if tells_noise else None
     # the motion over ground is told from the readings: where they are not the motion, an effect of the body is a guess
     why_not = _why_no_ground(found, noise) if not gap.significant.any() else None
     if why_not is not None and gap.ground_significant:

@@ -175,7 +175,7 @@ class Board(BoardConnection):
         for kind, joint, value in list(wire_limits(robot)):
             self._request(
                 lambda token, k=kind, j=joint, v=value: msg.LimitRequest(token, j, k, v, self.host),  # type: ignore[misc]
-                f"the {kind.name.lower()} limit {value:.4g} of joint {joint}",
+                f"to set the {kind.name.lower()} limit of joint {joint} to {value:.4g}",
             )
             self._limits.asked(joint, kind, value)
 
@@ -183,13 +183,14 @@ class Board(BoardConnection):
         """Add a trim to a joint's set-point before it becomes a servo pulse. Only while disarmed."""
         self._request(
             lambda token: msg.TrimRequest(token, joint, to_wire(trim_rad), self.host),
-            f"the trim of joint {joint}",
+            f"to set the trim of joint {joint} to {trim_rad:.4g} rad",
         )
 
     def set_zero(self, joint: int, zero_counts: int) -> None:
         """Take this encoder count as zero. Only while disarmed."""
         self._request(
-            lambda token: msg.ZeroRequest(token, joint, zero_counts, self.host), f"the zero of joint {joint}"
+            lambda token: msg.ZeroRequest(token, joint, zero_counts, self.host),
+            f"to set the zero of joint {joint}",
         )
 
     def _request(self, make: Callable[[int], Message], what: str, wait: bool = True, copies: int = 1) -> None:

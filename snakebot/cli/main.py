@@ -110,6 +110,14 @@ def _write_no_more() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+# click's words for what was typed, in the reader's.
+_PLAINER = {
+    "is not a valid float.": "is not a number.",
+    "is not a valid integer.": "is not a whole number.",
+    "is not a valid integer range.": "is not a whole number.",
+}
+
+
 def _say(line: str) -> None:
     with contextlib.suppress(OSError):  # a terminal that has been closed
         click.echo(f"snakebot: {line}", err=True)
@@ -132,7 +140,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except click.ClickException as error:
         context = getattr(error, "ctx", None)
         usage = f"\nTry: {context.command_path} --help" if context is not None else ""
-        _say(f"{' '.join(error.format_message().split())}{usage}")  # a missing choice comes in several lines
+        line = " ".join(error.format_message().split())  # a missing choice comes in several lines
+        for theirs, ours in _PLAINER.items():
+            line = line.replace(theirs, ours)
+        _say(f"{line}{usage}")
         sys.exit(error.exit_code)
     except SnakebotError as error:
         _say(str(error))

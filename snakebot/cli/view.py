@@ -92,7 +92,7 @@ def _look_on(port: str, robot_source: str, address: str, page_port: int, token: 
     if isinstance(parse_port(port), SimPort):
         raise BadInputError("sim: lives inside its run: `snakebot run --view` shows it")
     try:
-        link = open_link(port)
+        link = open_link(port, onlooker=True)
     except NoBoardError as error:
         if "in use by another program" in str(error):
             raise NoBoardError(

@@ -49,13 +49,21 @@ class JointFault:
         return f"{kind}:{'+'.join(map(str, self.joints))}{angle}{at}"
 
 
-def check_faults(faults: Sequence[JointFault], robot: Robot) -> None:
+def check_faults(faults: Sequence[JointFault], robot: Robot, duration_s: float = math.inf) -> None:
     """What every joint fault has to keep, wherever it was asked for.
 
+    Args:
+        duration_s: of the run, where it is known.
+
     Raises:
-        BadInputError: there is no such joint, or one is to be held beyond its limit; a board refuses that.
+        BadInputError: there is no such joint, one is to be held beyond its limit (a board refuses that), or the
+            fault would come only when the run is over: its log would name a fault that never was.
     """
     for fault in faults:
+        if fault.at_s >= duration_s:
+            raise BadInputError(
+                f"--fault {fault}: the run is over after {duration_s:.4g} s; give an earlier time or a longer run"
+            )
         for joint in fault.joints:
             if not 1 <= joint <= robot.joints:
                 raise BadInputError(

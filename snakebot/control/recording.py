@@ -111,8 +111,9 @@ def check_run(robot: Robot, plan: RunPlan, settings: RunSettings) -> None:
         raise BadInputError(
             f"the motion is one of {plan.joints} joints, robot {robot.name!r} has {robot.joints}"
         )
-    check_motion(plan.from_straight(), robot)
-    check_faults(settings.faults, robot)
+    motion = plan.from_straight()
+    check_motion(motion, robot)
+    check_faults(settings.faults, robot, motion.duration_s)
     if settings.course is not None:
         check_course(settings.course, plan, robot)
     check_new_log(settings.log_path or new_log_path())

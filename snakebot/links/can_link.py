@@ -26,7 +26,7 @@ from snakebot.nearest import did_you_mean
 if TYPE_CHECKING:
     import can
 
-Role = Literal["Host", "Board"]
+Role = Literal["Host", "Onlooker", "Board"]
 
 _DEFAULTS: dict[str, dict[str, Any]] = {
     "slcan": {"sleep_after_open": 0, "timeout": 0},
@@ -163,7 +163,8 @@ def open_can(port: CanPort, role: Role = "Host") -> Link:
 
     Args:
         port: interface, channel and options.
-        role: whose messages we send: on interfaces that hand back our own frames only the other's are taken.
+        role: whose messages we send: on interfaces that hand back our own frames only the other's are taken. An
+            onlooker sends no set-points, and takes those of the host.
 
     Raises:
         BadInputError: no such interface, or it does not take these options.
@@ -289,8 +290,10 @@ def _why_not(error: Exception, port: CanPort) -> str:
 
 def _ids_to_hear(role: Role) -> frozenset[int]:
     """Identifiers of the messages that the other side sends."""
-    from firmware_protocol.catalogue import database
+    from firmware_protocol.catalogue import Latch, Setpoint, database, frame_id
 
+    if role == "Onlooker":
+        return _ids_to_hear("Host") | {frame_id(Setpoint), frame_id(Latch)}
     return frozenset(message.frame_id for message in database().messages if role not in message.senders)
 
 

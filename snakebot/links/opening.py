@@ -7,11 +7,14 @@ from snakebot.links.base import Link
 from snakebot.links.port import Port, SerialPort, ServoPort, SimPort, parse_port
 
 
-def open_link(port: str | Port) -> Link:
+def open_link(port: str | Port, *, onlooker: bool = False) -> Link:
     """Open what a port names.
 
     ``sim:`` and servo buses are not for this function: the board in front of them lives above the links
     (``snakebot.control.ports`` makes it).
+
+    Args:
+        onlooker: who opens it sends no set-points, and wants to hear those of another host.
 
     Raises:
         BadInputError: the port is not in the grammar, is ``sim:`` or a servo bus.
@@ -32,4 +35,4 @@ def open_link(port: str | Port) -> Link:
         return open_serial(parsed)
     from snakebot.links.can_link import open_can
 
-    return open_can(parsed)
+    return open_can(parsed, "Onlooker" if onlooker else "Host")

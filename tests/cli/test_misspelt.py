@@ -191,3 +191,19 @@ def test_a_file_of_strange_keys_takes_no_time_to_guess_at(
     (tmp_path / "robot.yaml").write_text(f"joints: 1\nservo:\n{servo}")
     assert len(load_robot(tmp_path / "robot.yaml").servo.model_extra or {}) == 20_000
     assert len(asked) < 1000
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("run", "--alpha", "ten"), "'--alpha': 'ten' is not a number."),
+        (("jog", "sim:", "--joint", "two"), "'--joint': 'two' is not a whole number."),
+    ],
+)
+def test_a_word_in_place_of_a_number(
+    words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    assert ended.value.code == 2
+    assert said in capsys.readouterr().err

@@ -9,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.catalogue import JointMode
-from snakebot.control import JointFault, parse_fault
+from snakebot.control import JointFault, RunSettings, check_run, parse_fault, plan_run
 from snakebot.errors import BadInputError
+from snakebot.gait import Gait
+from snakebot.robot import load_robot
 
 
 @pytest.mark.parametrize(
@@ -53,3 +55,13 @@ def test_a_misspelt_kind_names_the_nearest() -> None:
         parse_fault("fre:3", 5)
     with pytest.raises(BadInputError, match="not understood; give for example"):
         parse_fault("free", 5)
+
+
+def test_a_fault_that_comes_after_the_end_of_the_run_is_refused() -> None:
+    robot = load_robot("penn_state")
+    plan = plan_run(Gait.from_degrees(10, 80, 1), robot.joints, duration_s=6)
+    check_run(robot, plan, RunSettings(faults=[parse_fault("rigid:4@5.9s", 5)]))
+    with pytest.raises(
+        BadInputError, match=r"--fault rigid:4@6s: the run is over after 6 s; give an earlier time"
+    ):
+        check_run(robot, plan, RunSettings(faults=[parse_fault("rigid:4@6s", 5)]))

@@ -9,9 +9,12 @@ from typing import Any
 import can
 import pytest
 
+from firmware_protocol.catalogue import InfoRequest, Setpoint, State, frame_id
 from firmware_protocol.frame import Frame
 from snakebot.errors import LostBoardError
-from snakebot.links.can_link import CanLink
+from snakebot.links import can_link
+from snakebot.links.can_link import CanLink, Role
+from snakebot.links.port import CanPort
 
 
 class TroubledBus(can.BusABC):
@@ -132,3 +135,15 @@ def test_where_own_frames_come_back_only_the_other_side_is_heard(bus: TroubledBu
     link = CanLink("can:test/0", bus, hears=frozenset({32}))
     bus.arriving = [frame_of(16, b"own"), frame_of(32, b"other")]
     assert link.receive(1.0) == [Frame(32, b"other")]
+
+
+def test_an_onlooker_hears_set_points_of_the_host_where_own_frames_come_back(
+    bus: TroubledBus, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(can_link, "_open_multicast", lambda *_: bus)
+    own, of_host, of_board = frame_id(InfoRequest), frame_id(Setpoint), frame_id(State)
+    port = CanPort("udp_multicast", "239.74.163.2")
+    cases: list[tuple[Role, list[int]]] = [("Host", [of_board]), ("Onlooker", [of_host, of_board])]
+    for role, heard in cases:
+        bus.arriving = [frame_of(each, bytes(8)) for each in (own, of_host, of_board)]
+        assert [frame.id for frame in can_link.open_can(port, role).receive(1.0)] == heard

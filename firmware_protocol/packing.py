@@ -149,8 +149,12 @@ def _from_bytes(values: Sequence[str]) -> Callable[[bytes], list[Any]]:
 
 
 def function(arguments: Sequence[str], result: str, before: str = "pass", **known: Any) -> Callable[..., Any]:
-    """A function made of expressions over numbers and of what is ``known``; none may be text out of a DBC."""
+    """A function made of expressions over numbers and of what is ``known``; none may be text out of a DBC.
+
+    It is compiled under this file's name, so that who watches for text that is executed can tell it apart.
+    """
     made: dict[str, Any] = {}
-    exec(f"def made({', '.join(arguments)}):\n {before}\n return {result}", known, made)
+    text = f"def made({', '.join(arguments)}):\n {before}\n return {result}"
+    exec(compile(text, __file__, "exec"), known, made)
     written: Callable[..., Any] = made["made"]
     return written

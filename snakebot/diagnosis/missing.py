@@ -15,6 +15,7 @@ from snakebot.diagnosis.proposal.menu import DURATION_S
 from snakebot.errors import BadInputError
 from snakebot.in_words import span
 from snakebot.runlog import Run, Session
+from snakebot.runlog.number_table import stem_and_suffix
 
 FEWEST_MOTIONS = 3  # that differ; chosen: two to fit, one to check on, as docs/diagnosis.md says
 SHORT_S = 8.0  # of a run with its ramps, below which it holds few cycles of a slow gait; chosen
@@ -92,7 +93,9 @@ def _not_alike(session: Session) -> list[Missing]:
     """Runs of a robot in another state than the rest, or that were broken off: a session is of one robot as it is."""
     states = {run.name: _state(run) for run in session.runs}
     rest = "snakebot session make SESSION " + " ".join(
-        f"{run.name}.mcap" for run in session.runs if not run.aborted and not states[run.name]
+        f"{stem_and_suffix(run.name)[0]}.mcap"
+        for run in session.runs
+        if not run.aborted and not states[run.name]
     )
     out = []
     if len(set(states.values())) > 1:

@@ -30,6 +30,12 @@ BLOCK_CELLS = 1 << 17  # read as text at once: a cell takes 8 bytes as a number,
 TABLE_SUFFIXES = (".csv", ".csv.gz", ".parquet")
 
 
+def stem_and_suffix(name: str) -> tuple[str, str]:
+    """The name of a table in two; of anything else the name and nothing."""
+    suffix = next((suffix for suffix in TABLE_SUFFIXES if name.endswith(suffix)), "")
+    return name.removesuffix(suffix), suffix
+
+
 @dataclass(frozen=True)
 class CsvForm:
     """How a CSV is written, where it is not ours."""

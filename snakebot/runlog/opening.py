@@ -14,7 +14,7 @@ from snakebot.runlog.import_hint import import_hint
 from snakebot.runlog.listing import find_logs
 from snakebot.runlog.log import NoTicksError
 from snakebot.runlog.naming import PART_SUFFIX, SUFFIX
-from snakebot.runlog.number_table import TABLE_SUFFIXES
+from snakebot.runlog.number_table import TABLE_SUFFIXES, stem_and_suffix
 from snakebot.runlog.reader import LogWarning, read_log
 from snakebot.runlog.run import Run, Session
 from snakebot.runlog.session import SESSION_FILE, read_session
@@ -130,9 +130,6 @@ def _named_apart(sessions: Iterable[Session]) -> tuple[Run, ...]:
 
 
 def _free_name(name: str, taken: set[str]) -> str:
-    stem, ending = name, ""
-    for suffix in TABLE_SUFFIXES:
-        if name.endswith(suffix):
-            stem, ending = name.removesuffix(suffix), suffix
-    numbered = (f"{stem}-{count}{ending}" for count in itertools.count(2))
+    stem, suffix = stem_and_suffix(name)
+    numbered = (f"{stem}-{count}{suffix}" for count in itertools.count(2))
     return name if name not in taken else next(free for free in numbered if free not in taken)

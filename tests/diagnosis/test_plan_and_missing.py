@@ -179,9 +179,10 @@ def test_runs_of_a_robot_in_another_state_or_broken_off_are_told() -> None:
     found = {one.kind: one for one in missing(replace(session, runs=(sound, odd, half, *rest)))}
     assert f"{odd.name}: fault free:1, effect rate_limit:limit_rad_s=1" in found["mixed runs"].text
     assert half.name in found["aborted run"].text
-    assert sound.name in found["mixed runs"].command
-    assert odd.name not in found["mixed runs"].command
-    assert half.name not in found["aborted run"].command
+    assert f" {sound.name.removesuffix('.csv')}.mcap" in found["mixed runs"].command
+    assert ".csv" not in found["mixed runs"].command
+    assert odd.name.removesuffix(".csv") not in found["mixed runs"].command
+    assert half.name.removesuffix(".csv") not in found["aborted run"].command
     assert not {"mixed runs", "aborted run"} & {one.kind for one in missing(session)}
 
 

@@ -165,9 +165,9 @@ def check(folder: tuple[Path, ...], robot_source: str | None, port: str, as_json
     from snakebot.robot import load_robot
 
     session = given_session(folder, None, quiet=False)
-    if robot_source is not None and (joints := load_robot(robot_source).joints) != session.robot.joints:
+    if robot_source is not None and (theirs := load_robot(robot_source).joints) != session.robot.joints:
         raise BadInputError(
-            f"--robot {robot_source}: a robot of {joints} joint{'s' if joints > 1 else ''}, "
+            f"--robot {robot_source}: a robot of {theirs} joint{'s' if theirs > 1 else ''}, "
             f"the recordings have {session.robot.joints}"
         )
     named = " ".join(map(str, folder))

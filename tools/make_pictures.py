@@ -38,7 +38,7 @@ ROOMS = (
     ("evidence", "clean the runs;\nnominal prediction;\nnoise, tolerance", "residuals,\nallowed\nspread"),
     ("fit", "one explanation:\nleast squares, score\non held-out runs", "parameters,\nheld-out\nscore"),
     ("search", "add effects, prune,\nfind rivals that\ndo as well", "best\nexplanation,\nrivals"),
-    ("verdict", "no gap, explained,\nor unexplained;\nprobabilities", "causes,\nties,\nclosure"),
+    ("verdict", "no gap, explained,\npartly, unexplained;\nprobabilities", "causes,\nties,\nclosure"),
     ("proposal", "the motion that\ntells the rivals\napart best", "next\nexperiment"),
     ("show", "terminal, page,\nJSON, calibrated\nrobot", ""),
 )  # fmt: skip

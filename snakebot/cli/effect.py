@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -67,6 +68,7 @@ Examples:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def show(name: str, as_json: bool) -> None:
     """What an effect is, what it leaves in the data, what to look at, how to have it on the simulated board."""
+    from snakebot.effects.page import example_options
     from snakebot.effects.registry import find_effect
     from snakebot.effects.telling import title
 
@@ -86,7 +88,10 @@ def show(name: str, as_json: bool) -> None:
         click.echo(f"  {p.name}: {p.called}, {p.bounds_text}{default} ({p.doc})")
     if effect.per_joint:
         click.echo("  joints: as in 3+4, all if not given")
-    click.echo(f"Try it: snakebot run --alpha 66 --beta 80 --omega 2 --effect {effect.example}")
+    if effect.example_robot:
+        click.echo("Try it on this robot, as bench.yaml:")
+        click.echo(textwrap.indent(effect.example_robot.rstrip(), "  "))
+    click.echo(f"Try it: snakebot run --alpha 66 --beta 80 --omega 2 {example_options(effect)}")
 
 
 def _told(effect: Effect) -> dict[str, Any]:

@@ -169,7 +169,7 @@ def command(
         result = optimise(
             robot, goal, options, beside={gait_source: beside}, progress=progress, workers=workers
         )
-    files = [*save(optimum_figure(result), folder, "optimum"), gait_file(result, folder)]
+    files = [*save(optimum_figure(result), folder, "optimum"), gait_file(result, folder, robot_source)]
     which = _which(robot_source, effects)
     finish(result.summary(), as_json, lambda: show(result, robot, which), files)
 
@@ -227,7 +227,7 @@ def _live(
     reachable(run_options, robot)
     asked = Undertaking(logs, goal, options, run_options, given["budget"], given["repeats"])
     result, proof = optimize_live(asked, robot, lambda text: click.echo(text, err=True))
-    files = [*save(optimum_figure(result), folder, "optimum"), gait_file(result, folder)]
+    files = [*save(optimum_figure(result), folder, "optimum"), gait_file(result, folder, robot.name)]
 
     def show_both() -> None:
         show(result, robot, which)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 
-def gait_file(result: Optimum, folder: Path) -> Path:
-    """``gait.yaml``, as `snakebot run --gait` reads it."""
+def gait_file(result: Optimum, folder: Path, robot_source: str) -> Path:
+    """``gait.yaml``, as `snakebot run --gait` reads it; it says for which robot, as the command was given it."""
     from snakebot.safe_yaml import dump_yaml
     from snakebot.whole_files import write_all
 
@@ -28,7 +29,7 @@ def gait_file(result: Optimum, folder: Path) -> Path:
             "beta_deg": round(found.beta_deg, 2),
             "omega_rad_s": round(found.omega_rad_s, 4),
             **({"amplitudes": list(found.amplitudes)} if found.amplitudes else {}),
-            "source": f"snakebot optimize {result.robot} --for {result.goal.aim}",
+            "source": f"snakebot optimize {shlex.quote(robot_source)} --for {result.goal.aim}",
         }
     )
     write_all([(path, text)])

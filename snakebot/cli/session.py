@@ -162,8 +162,14 @@ def check(folder: tuple[Path, ...], robot_source: str | None, port: str, as_json
     from snakebot.diagnosis.evidence.sanity import check_session
     from snakebot.diagnosis.evidence.turns import run_on
     from snakebot.diagnosis.missing import missing
+    from snakebot.robot import load_robot
 
     session = given_session(folder, None, quiet=False)
+    if robot_source is not None and (theirs := load_robot(robot_source).joints) != session.robot.joints:
+        raise BadInputError(
+            f"--robot {robot_source}: a robot of {theirs} joint{'s' if theirs > 1 else ''}, "
+            f"the recordings have {session.robot.joints}"
+        )
     named = " ".join(map(str, folder))
     try:
         doubts = [*check_session(session), *run_on(session)[1]]

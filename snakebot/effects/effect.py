@@ -111,6 +111,7 @@ class Effect:
     Attributes:
         name: as in ``--effect``, reports and file names.
         example: after ``--effect``, clearly visible on the six-link robot.
+        example_robot: the description (YAML) of another robot, where the six-link one cannot have the example.
         stage: where in the signal it sits.
         summary: one sentence: what is different from the nominal robot.
         title: what it is called in a lab: "play in the gear".
@@ -129,6 +130,7 @@ class Effect:
 
     name: ClassVar[str]
     example: ClassVar[str]
+    example_robot: ClassVar[str] = ""
     stage: ClassVar[Stage]
     summary: ClassVar[str]
     title: ClassVar[str] = ""

@@ -22,6 +22,11 @@ STAGE_TITLES = {
 MADE = "<!-- Made by: python -m snakebot.effects.page docs/effects -->\n"
 
 
+def example_options(effect: Effect) -> str:
+    """Of ``snakebot run``, for the example."""
+    return ("--robot bench.yaml " if effect.example_robot else "") + f"--effect {effect.example}"
+
+
 def effect_page(effect: Effect) -> str:
     """Markdown page of one effect."""
     lines = [MADE, f"# {effect.name}: {title(effect)}", "", effect.summary, "", f"Stage: {effect.stage}."]
@@ -44,10 +49,10 @@ def effect_page(effect: Effect) -> str:
         "",
         "## Try it",
         "",
-        "```sh",
-        f"snakebot run --alpha 66 --beta 80 --omega 2 --effect {effect.example}",
-        "```",
     ]
+    if effect.example_robot:
+        lines += ["On this robot, as `bench.yaml`:", "", "```yaml", effect.example_robot.rstrip(), "```", ""]
+    lines += ["```sh", f"snakebot run --alpha 66 --beta 80 --omega 2 {example_options(effect)}", "```"]
     if effect.confused_with:
         lines += ["", "## What leaves nearly the same mark", ""]
         lines += [f"* [{name}]({name}.md): {text}." for name, text in effect.confused_with]

@@ -92,7 +92,7 @@ class Parameter:
 
     @property
     def bounds_text(self) -> str:
-        return f"{self.lower:g} to {self.upper:g}" + (f" {self.unit}" if self.unit else "")
+        return f"{self.lower:g} to {self.upper:g}" + ("" if self.unit in ("", "1") else f" {self.unit}")
 
 
 def switch(name: str, doc: str, words: str = "") -> Parameter:

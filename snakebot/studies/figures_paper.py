@@ -32,13 +32,14 @@ def optima_figure(evidence: PaperEvidence) -> Figure:
         optima = sorted(evidence.fronts[name].swept, key=lambda o: o.omega_rad_s)
         omega = [o.omega_rad_s for o in optima]
         angles, speed = figure.axes[column], figure.axes[len(PRINTED) + column]
-        ends = (("alpha", alpha, "C0"), ("beta", (beta, beta), "C1"))
-        for which, printed, colour in ends:
-            middle = np.array([getattr(o, f"{which}_deg") for o in optima])
-            ranges = [getattr(o, f"{which}_range_deg") for o in optima]
-            angles.fill_between(
-                omega, *np.array(ranges).reshape(-1, 2).T, color=colour, alpha=0.15, linewidth=0
-            )
+        alphas = [(o.alpha_deg, *o.alpha_range_deg) for o in optima]
+        betas = [(o.beta_deg, *o.beta_range_deg) for o in optima]
+        for which, ours, printed, colour in (
+            ("alpha", alphas, alpha, "C0"),
+            ("beta", betas, (beta, beta), "C1"),
+        ):
+            middle, low, high = np.array(ours).reshape(-1, 3).T
+            angles.fill_between(omega, low, high, color=colour, alpha=0.15, linewidth=0)
             angles.plot(omega, middle, color=colour, label=which)
             angles.plot((1, 5), printed, "--", color=colour, label=f"{which}, paper")
         angles.set(xlabel="omega, rad/s", ylabel="deg", title=name, ylim=(0, 110))

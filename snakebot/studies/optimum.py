@@ -29,6 +29,7 @@ class SweptOptimum:
     omega_rad_s: float
     power_w: float
     alpha_range_deg: tuple[float, float]
+    beta_range_deg: tuple[float, float]
 
 
 def cheapest(
@@ -82,7 +83,7 @@ def _between(axes: list[Floats], cost: Floats, log_omega: Floats, speed: float) 
     a, b = place
     at = np.array([1.0, a, b, a * a, a * b, b * b])
     alpha, beta = np.degrees(axes[0]), np.degrees(axes[1])
-    near_alpha, _ = np.nonzero(cost <= cost[i, j] + np.log1p(SLACK))
+    near_alpha, near_beta = np.nonzero(cost <= cost[i, j] + np.log1p(SLACK))
     return SweptOptimum(
         speed_m_s=speed,
         alpha_deg=float(np.interp(i + a, np.arange(len(alpha)), alpha)),
@@ -90,6 +91,7 @@ def _between(axes: list[Floats], cost: Floats, log_omega: Floats, speed: float) 
         omega_rad_s=float(np.exp(at @ w)),
         power_w=float(np.exp(at @ c)),
         alpha_range_deg=(float(alpha[near_alpha.min()]), float(alpha[near_alpha.max()])),
+        beta_range_deg=(float(beta[near_beta.min()]), float(beta[near_beta.max()])),
     )
 
 

@@ -10,11 +10,12 @@ from typing import NoReturn
 
 import pytest
 
-from snakebot.effects import effects, find_effect, parse_effect
+from snakebot.effects import effects, find_effect, parse_effect, parse_effects
 from snakebot.effects.effect import STAGES
 from snakebot.effects.library.rate_limit import RateLimit
-from snakebot.effects.registry import ENTRY_POINT_GROUP
-from snakebot.robot import robot_from_mapping
+from snakebot.effects.registry import ENTRY_POINT_GROUP, LIBRARY
+from snakebot.robot import load_robot, robot_from_mapping
+from snakebot.safe_yaml import load_yaml
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
@@ -122,6 +123,15 @@ def test_words_cost_no_compiler() -> None:
     code += "print('numba' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_the_example_is_one_of_the_robot_that_the_page_tries_it_on(name: str) -> None:
+    effect = find_effect(name)
+    text = effect.example_robot
+    robot = robot_from_mapping(load_yaml(text, "bench.yaml"), "bench") if text else load_robot("penn_state")
+    (spec,) = parse_effects([effect.example], robot)
+    effect.check(spec, robot)
 
 
 def test_pages_are_current() -> None:

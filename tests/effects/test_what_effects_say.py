@@ -110,3 +110,9 @@ def test_a_list() -> None:
     assert listed([1]) == "1"
     assert listed([1, 2, 4]) == "1, 2 and 4"
     assert listed(["servo", "sensor"], "or") == "servo or sensor"
+
+
+def test_a_share_has_no_unit_in_its_bounds() -> None:
+    gain, width = find_effect("command_gain").parameters[0], find_effect("backlash").parameters[0]
+    assert gain.bounds_text == "0.2 to 3"
+    assert width.bounds_text.endswith(" deg")

@@ -119,6 +119,10 @@ def test_each_fault_is_one_line_and_nothing_is_written(tmp_path: Path, capsys: C
     assert "--range is for --units percent" in told(plain, "--units", "deg", "--range", "1:2")
     assert "--rate nan" in told(plain, "--rate", "nan")
     assert "the robot has 5" in told(plain, "--units", "deg", "--robot", "penn_state")
+    line = told(plain, "--units", "deg", "--joints", "a")
+    assert "plain.csv: --joints is for LeRobot datasets and ROS 2 bags; of tables, --map says" in line
+    assert "--episodes is for LeRobot datasets" in told(plain, "--units", "deg", "--episodes", "0-1")
+    assert "--command is for ROS 2 bags" in told(plain, "--units", "deg", "--command", "/goal")
     names = _table(tmp_path / "names.csv", ["t", "a", "b", "c", "d", "e", "f"])
     assert "say it with --map 'cmd_*_rad=COMMAND*:deg'" in told(names)
     one = _table(tmp_path / "one.csv", ["t", *_goal("goal{}"), "pos1", "pos2", "f"])

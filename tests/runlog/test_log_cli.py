@@ -203,6 +203,9 @@ def test_session_make_and_check(tmp_path: Path, capsys: Capture) -> None:
         ("c.csv", None, True),
     ]
     assert "b.csv" in snakebot(capsys, "session", "check", tmp_path / "s")
+    (tmp_path / "one.yaml").write_text("joints: 1\n")
+    other = snakebot(capsys, "session", "check", tmp_path / "s", "--robot", tmp_path / "one.yaml", status=2)
+    assert re.search(r"--robot \S+one\.yaml: a robot of 1 joint, the recordings have \d", other)
     again = (
         "session",
         "make",

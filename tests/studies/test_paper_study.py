@@ -17,6 +17,7 @@ from snakebot.cli.main import main
 from snakebot.effects.spec import load_effect_set
 from snakebot.robot import load_robot
 from snakebot.studies import gap, inference, paper
+from snakebot.studies.figures_paper import optima_figure
 from snakebot.studies.gap import TARGETS, GapFit, gap_study, paper_gait
 from snakebot.studies.hyperredundancy import FaultCase
 from snakebot.studies.inference import READINGS, Fact, evaluate
@@ -108,6 +109,23 @@ def test_the_cheapest_gait_is_found_between_the_gaits_of_a_sweep() -> None:
     assert slope_through_origin(optima) == pytest.approx(10.0, rel=0.01)
     assert omega_over_speed(optima) == pytest.approx((10.0, 0.0), abs=0.1)
     assert all(o.alpha_range_deg[0] <= o.alpha_deg <= o.alpha_range_deg[1] for o in optima)
+
+
+def test_the_figure_of_the_optima_has_alpha_and_beta_in_their_ranges_and_the_paper() -> None:
+    evidence = as_the_paper_says()
+    figure = optima_figure(evidence)
+    angles = figure.axes[0]
+    assert [line.get_label() for line in angles.get_lines()] == [
+        "alpha",
+        "alpha, paper",
+        "beta",
+        "beta, paper",
+    ]
+    assert len(angles.collections) == 2
+    for optimum in evidence.fronts["saito"].swept:
+        assert optimum.beta_range_deg == pytest.approx(
+            (60.0, 60.0)
+        )  # steps of 6 deg: the neighbours cost more
 
 
 def test_an_optimum_at_the_edge_of_the_sweep_is_none() -> None:

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 class ArmPayload(Effect):
     name = "arm_payload"
     example = "arm_payload:mass_kg=0.3"
+    example_robot = """joints: 1
+servo: {time_constant_s: 0.03, arm: {mass_kg: 0.25, length_m: 0.15}}
+"""
     stage = "servo"
     summary = "On a bench, the arm of the joint carries extra mass at its end."
     title = "extra weight on the arm"

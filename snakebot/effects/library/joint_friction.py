@@ -81,11 +81,11 @@ class JointFriction(Effect):
         load = observed.over(observed.peak_load_nm, joints, 0.5)
         friction, stiffness = self.parameters
         stiff = stiffness.clip(load / rest)
-        # the rest of the error as sag, as sag and loop alike, or as a loop alone
+        # the rest of the error as sag and loop alike, as a loop alone, or as sag alone
         return [
-            {"coulomb_nm": friction.clip(0.03 * load), "stiffness_nm_rad": stiff},
             {"coulomb_nm": friction.clip(0.3 * load), "stiffness_nm_rad": stiff},
             {"coulomb_nm": friction.clip(2.0 * load), "stiffness_nm_rad": stiffness.clip(3.0 * stiff)},
+            {"coulomb_nm": friction.clip(0.1 * load), "stiffness_nm_rad": stiff},
         ]
 
 

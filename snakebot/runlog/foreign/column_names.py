@@ -121,7 +121,9 @@ def find_columns(names: Sequence[str], where: str) -> Columns:
         alone += [found["measured"][j] for j in measured if j not in command]
         there = ", ".join(list(names)[:20])
         why = (
-            f"{', '.join(alone[:6])} without its counterpart" if alone else "no commands and measured angles"
+            f"{', '.join(alone[:6])} without its counterpart"
+            if alone
+            else "neither commands nor measured angles"
         )
         raise BadInputError(
             f"{where}: names do not say which columns are commands and which measurements ({why}); say it with "

@@ -70,6 +70,7 @@ def read_sources(paths: Sequence[Path], options: SourceOptions, robot: Robot | N
     Raises:
         BadInputError: one line that names the source.
     """
+    _check_taken(paths, options)
     runs: list[Run] = []
     told: list[str] = []
     angles = options.table.angles
@@ -104,6 +105,21 @@ def read_sources(paths: Sequence[Path], options: SourceOptions, robot: Robot | N
         runs += found
     assert robot is not None
     return Imported(robot, _named_apart(runs), tuple(told))
+
+
+def _check_taken(paths: Sequence[Path], options: SourceOptions) -> None:
+    """What is said of sources of another kind would change nothing, and nobody would notice."""
+    kinds = {kind_of(path) for path in paths}
+    of_bags = "is for ROS 2 bags"
+    for option, given, takers, what in (
+        ("--joints", options.joints, {"lerobot", "bag"}, "is for LeRobot datasets and ROS 2 bags"),
+        ("--episodes", options.episodes, {"lerobot"}, "is for LeRobot datasets"),
+        ("--measured", options.measured, {"bag"}, of_bags),
+        ("--command", options.command, {"bag"}, of_bags),
+    ):
+        if given and not takers & kinds:
+            of_tables = "; of tables, --map says which columns are read" if "table" in kinds else ""
+            raise BadInputError(f"{paths[0]}: {option} {what}{of_tables}")
 
 
 def _bench(joints: int, angles: AngleForm) -> Robot:

@@ -40,8 +40,12 @@ def trim(port: str, joint: int, deg: float, as_json: bool) -> None:
 
     The board must be disarmed. Angles in commands, logs and readings stay joint angles, without the trim.
     """
-    if not abs(deg) <= 180:
-        raise BadInputError(f"{deg:g} deg: a trim is a few degrees; this is more than half a turn")
+    from firmware_protocol.catalogue import MAX_TRIM_RAD
+
+    if not abs(math.radians(deg)) <= MAX_TRIM_RAD:
+        raise BadInputError(
+            f"{deg:g} deg: a board takes trims of at most {math.degrees(MAX_TRIM_RAD):.1f} deg; turn the horn instead"
+        )
     _ask(port, joint, lambda board: board.set_trim(joint, math.radians(deg)))
     _say({"port": port, "joint": joint, "trim_deg": deg}, f"joint {joint}: trim {deg:g} deg", as_json)
 

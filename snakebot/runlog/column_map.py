@@ -89,8 +89,11 @@ def apply_map(columns: Mapping[str, Floats], mapping: Mapping[str, Source], wher
     for ours, source in mapping.items():
         if source.column not in columns:
             there = ", ".join(list(columns)[:20])
+            column, colon, unit = source.column.rpartition(":")
+            known = ", ".join(sorted(_UNITS.get(ours.rpartition("_")[2], {})))
+            no_unit = f"; {unit} is no unit of it, these are: {known}" if colon and column in columns else ""
             raise BadInputError(
-                f"{where}: row 1: column {source.column} is missing (for {ours}); found {there}"
+                f"{where}: row 1: column {source.column} is missing (for {ours}){no_unit}; found {there}"
             )
         values = columns[source.column]
         mapped[ours] = (values - source.zero if source.zero else values) * source.factor

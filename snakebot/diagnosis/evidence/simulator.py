@@ -31,11 +31,6 @@ from snakebot.physics.servo_layout import (
 )
 from snakebot.smoothing import smoothed
 
-# Span of the cubics through measured angles, s, before torques are made of them. Measured: of 0.2, 0.3 and 0.5 s it
-# comes nearest where a joint bends by some degrees (readings off by .02 to .2 deg), and nearer than the torques of the
-# nominal motion.
-LOAD_SMOOTH_S = 0.3
-
 
 class Simulator:
     """Predicts the runs of one session. May be used from several threads."""
@@ -162,8 +157,7 @@ class Simulator:
 
         def torque() -> Floats | None:
             run = self.data.runs[index]
-            motion = smoothed(run.t_s, self.measured[index], LOAD_SMOOTH_S)
-            return self.stages((), in_air=run.lifted).torque_of(run.t_s, motion)
+            return self.stages((), in_air=run.lifted).torque_of(run.t_s, self.smooth[index])
 
         return self._kept(self._measured_loads, index, torque)
 

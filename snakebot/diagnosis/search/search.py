@@ -24,7 +24,7 @@ from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.candidates import elsewhere
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rivals import rivals
-from snakebot.diagnosis.search.rounds import MANY_TERMS, NO_LOSS, explore, first_looks, held_out
+from snakebot.diagnosis.search.rounds import MANY_TERMS, NO_LOSS, explore, first_looks, held_out, ranked
 from snakebot.diagnosis.search.wear import with_wear
 from snakebot.effects.registry import find_effect
 from snakebot.in_words import listed
@@ -199,7 +199,7 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
         return best
     fits = sorted(first_looks(evidence, tried), key=lambda t: -t.fitted_score(evidence.scoring))
     trials = held_out(evidence, fits[:MOST_SWAPPED_HELD])
-    return max([best, *trials], key=lambda t: t.score(evidence.scoring))
+    return ranked(evidence.scoring, [best, *trials])[0]
 
 
 def _elsewhere(evidence: Evidence, library: Library, best: Trial) -> Trial:

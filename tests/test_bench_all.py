@@ -37,6 +37,16 @@ def test_every_bench_of_the_folder_is_in_the_table(root: Path) -> None:
     assert named == there - {"bench_all.py", "bench_experiments"}
 
 
+def test_the_page_has_a_row_of_every_bench(root: Path) -> None:
+    """As it was printed, in one go: nothing left out."""
+    page = (root / "docs/performance.md").read_text(encoding="utf-8")
+    assert bench_all.MARKDOWN_HEAD in page
+    rows = page[page.index(bench_all.MARKDOWN_HEAD) + len(bench_all.MARKDOWN_HEAD) :].split("\n\n")[0]
+    assert {row.split("|")[1].strip() for row in rows.strip().splitlines()} == set(bench_all.BENCHES)
+    assert "left out" not in rows
+    assert all(f"{name} " in page[page.index("Load of the machine") :] for name in bench_all.BENCHES)
+
+
 def test_printed_tables_are_read() -> None:
     text = (
         "feetech     5 joints  snakebot                800 cycles/s, median 1.2 ms, p99 2 ms, 9 cycles, 0 lost\n"

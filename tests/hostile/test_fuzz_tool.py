@@ -17,7 +17,9 @@ from snakebot.errors import BadInputError
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = re.findall(
-    r"^    \.venv/bin/python (tools/fuzz_parsers\.py[^#\n]*)", (ROOT / "docs" / "hostile-input.md").read_text(), re.M
+    r"^    \.venv/bin/python (tools/fuzz_parsers\.py[^#\n]*)",
+    (ROOT / "docs" / "hostile-input.md").read_text(),
+    re.M,
 )
 
 

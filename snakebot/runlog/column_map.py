@@ -65,10 +65,7 @@ def _source(entry: str, ours: str, theirs: str, robot: Robot) -> Source:
     if theirs.startswith("-"):
         sign, theirs = -1.0, theirs[1:].strip()
     column, colon, unit = theirs.rpartition(":")
-    dimension = re.sub(r".*_", "", ours) if "_" in ours else ""
-    units = dict(_UNITS.get(dimension, {}))
-    if dimension == "rad":
-        units["counts"] = robot.rad_per_count
+    units = _units(ours, robot.rad_per_count)
     known_units = {name for table in _UNITS.values() for name in table} | {"counts"}
     if not colon or (unit not in units and unit not in known_units):
         return Source(theirs, sign)  # no unit; the colon belongs to the column's name
@@ -77,6 +74,13 @@ def _source(entry: str, ours: str, theirs: str, robot: Robot) -> Source:
             f"column map {entry!r}: {ours} cannot be in {unit}; known: {', '.join(sorted(units))}"
         )
     return Source(column, sign * units[unit])
+
+
+def _units(ours: str, rad_per_count: float) -> dict[str, float]:
+    """What one of each unit that a column of ours may be given in is worth in its own."""
+    dimension = re.sub(r".*_", "", ours) if "_" in ours else ""
+    counts = {"counts": rad_per_count} if dimension == "rad" else {}
+    return _UNITS.get(dimension, {}) | counts
 
 
 def apply_map(columns: Mapping[str, Floats], mapping: Mapping[str, Source], where: str) -> dict[str, Floats]:
@@ -90,7 +94,7 @@ def apply_map(columns: Mapping[str, Floats], mapping: Mapping[str, Source], wher
         if source.column not in columns:
             there = ", ".join(list(columns)[:20])
             column, colon, unit = source.column.rpartition(":")
-            known = ", ".join(sorted(_UNITS.get(ours.rpartition("_")[2], {})))
+            known = ", ".join(sorted(_units(ours, math.nan)))
             no_unit = f"; {unit} is no unit of it, these are: {known}" if colon and column in columns else ""
             raise BadInputError(
                 f"{where}: row 1: column {source.column} is missing (for {ours}){no_unit}; found {there}"

@@ -152,7 +152,7 @@ def test_import_errors_name_the_place(tmp_path: Path, capsys: Capture) -> None:
     said = snakebot(capsys, *run, "--map", "cmd_1_rad=b", status=2)
     assert "column b is missing (for cmd_1_rad); found t, a" in said
     said = snakebot(capsys, *run, "--map", "cmd_1_rad=a:hours", status=2)
-    assert "hours is no unit of it, these are: deg, mrad, rad, rev; found t, a" in said
+    assert "hours is no unit of it, these are: counts, deg, mrad, rad, rev; found t, a" in said
     assert "one character" in snakebot(capsys, *run, "--delimiter", "ab", status=2)
     assert "cannot read" in snakebot(capsys, "log", "import", tmp_path / "gone.csv", target, status=2)
     assert "beta_deg is missing" in snakebot(capsys, *run, "--alpha", "3", status=2)

@@ -57,20 +57,6 @@ class AngleEvidence:
             left = [residual - shift_s * mark for residual, mark in zip(left, marks, strict=True)]
         return [np.where(run.use, residual, 0.0) for run, residual in zip(self.data.runs, left, strict=True)]
 
-    def residuals_within(
-        self, readings: Sequence[Floats], runs: Sequence[int], limits: ShiftLimits
-    ) -> list[Floats]:
-        """The same (N, k) of some runs, with the joints as late as suits those best; ``readings`` are theirs."""
-        picked, times = [self.data.runs[i] for i in runs], self.times_of(runs)
-        made = np.concatenate(readings)
-        residual = np.concatenate([run.measured_rad for run in picked]) - made
-        if limits.any:
-            mark = times.lag_marks(made)
-            block = np.concatenate([self.blocks.of_sample[i] for i in runs])
-            residual -= shifts_s(residual, mark, block, self.allowed_square, limits) * mark
-        used = np.concatenate([run.use for run in picked])
-        return np.split(np.where(used, residual, 0.0), times.ends[:-1])
-
     def times_of(self, runs: Sequence[int]) -> StackedTimes:
         """Of some runs, one below the other."""
         key = tuple(runs)

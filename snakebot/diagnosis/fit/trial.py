@@ -125,7 +125,7 @@ def run_trial(
 ) -> Trial:
     """Fit ``hypothesis`` from each of ``starts`` (p,), and cross-validate it unless ``cross`` is False.
 
-    ``rough``: a first look, with loads of the nominal motion, no interval; where the whole body must be simulated
+    ``rough``: a first look, with loads of the measured motion, no interval; where the whole body must be simulated
     even so, with two runs, and all terms but the last as they start. ``last``: so in any case.
     """
     runs, steps = first_runs(evidence) if rough else evidence.split.free, FULL_STEPS

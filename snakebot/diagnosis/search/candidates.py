@@ -17,7 +17,7 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
 from snakebot.diagnosis.fit.parallel import in_parallel
-from snakebot.diagnosis.fit.trial import Trial, each_joint, specs_of
+from snakebot.diagnosis.fit.trial import Trial, each_joint
 from snakebot.diagnosis.search.candidate import Candidate, added, start_values
 from snakebot.diagnosis.search.ground_candidates import ground_candidates
 from snakebot.diagnosis.search.library import Library
@@ -29,8 +29,8 @@ from snakebot.effects.registry import find_effect
 Fixed = tuple[tuple[str, float | tuple[float, ...]], ...]
 
 HELPS_SE = 2.5  # standard errors that an effect must gain on a joint; chosen
-# The same where the first look takes the torques of another motion than the one that the effect makes: what scatters is
-# then mostly the look itself; chosen.
+# The same where the first look takes the torques of the measured motion, with the noise of its readings: what scatters
+# is then mostly the look itself; chosen.
 HELPS_SE_ROUGH = 1.0
 # Score that it must gain there: 6 % of the mean square; chosen. Less than ``acceptance.LEAST_GAIN``, since it only says
 # on which joints an effect is tried: held-out gaits decide with the other whether it is accepted.
@@ -81,8 +81,7 @@ def _promise(evidence: Evidence, library: Library, base: Trial, effect: Effect) 
     best = 0.0
     for fixed in kinds(library, effect):
         terms, starts = _one_each(library.observed, effect, fixed)
-        sets = ([*base.specs, *specs_of(terms, start)] for start in starts)
-        best = max(best, promised_on_a_joint(evidence, base, sets))
+        best = max(best, promised_on_a_joint(evidence, base, terms, starts))
     return best
 
 
@@ -177,13 +176,13 @@ def _of_kind(
 ) -> list[Candidate]:
     joints = evidence.data.joints
     terms, starts = _one_each(library.observed, effect, fixed)
-    if terms and evidence.predictor.simulator.rough_needs_body(terms[0].specs(starts[0][0])):
+    simulator, first = evidence.predictor.simulator, terms[0].specs(starts[0][0])
+    if simulator.rough_needs_body(first):
         return _coupled(evidence, library, base, effect, fixed, taken)
     runs, fit = each_joint(evidence, base, terms, starts)
     gains = [_joint_gain(evidence.angles, base, runs, fit.residual, j) for j in range(joints)]
-    exact = not (terms and evidence.predictor.simulator.needs_body(terms[0].specs(starts[0][0])))
-    clear = HELPS_SE if exact else HELPS_SE_ROUGH
-    helped = [j for j in helped_joints(evidence.scoring, base, gains, clear) if j + 1 not in taken]
+    clear_se = HELPS_SE_ROUGH if simulator.needs_body(first) else HELPS_SE
+    helped = [j for j in helped_joints(evidence.scoring, base, gains, clear_se) if j + 1 not in taken]
     if not helped:
         return []
     subsets = [tuple(helped)]
@@ -273,9 +272,7 @@ def _block_squares(
     return names, np.bincount(index, weights=np.square(residual[used, joint])) / counts
 
 
-def helped_joints(
-    scoring: Scoring, base: Trial, gains: Sequence[JointGain], clear_se: float = HELPS_SE
-) -> list[int]:
+def helped_joints(scoring: Scoring, base: Trial, gains: Sequence[JointGain], clear_se: float) -> list[int]:
     """0-based joints with a gap, on which the gain over ``base`` is clear by so many standard errors."""
     gap = gap_of(scoring, base.held_square).significant
     least = HELPS_SHARE * max((g.total for j, g in enumerate(gains) if gap[j]), default=0.0)

@@ -16,9 +16,10 @@ from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import CHANGED
-from snakebot.diagnosis.evidence.tolerance import ShiftLimits
+from snakebot.diagnosis.fit.fit_runs import StackedAngles, shift_limits
+from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.parallel import in_parallel
-from snakebot.diagnosis.fit.trial import Trial, informative_runs
+from snakebot.diagnosis.fit.trial import Trial, informative_runs, specs_of
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.effects.spec import EffectSpec
 
@@ -43,20 +44,25 @@ def promise(evidence: Evidence, base: Trial, candidate: Candidate) -> float:
     runs, scoring = informative_runs(evidence), evidence.scoring
     rows = scoring.of_angles & np.isin(scoring.run, runs)
     old = _unchanged(evidence, base, runs)
-    made = _scaled(evidence, base, runs, (candidate.hypothesis.specs(start) for start in candidate.starts))
+    sets = (candidate.hypothesis.specs(start) for start in candidate.starts)
+    made = _scaled(evidence, base, runs, candidate.hypothesis, sets)
     return max(scoring.gain(new, old, rows).mean for new in made)
 
 
-def promised_on_a_joint(evidence: Evidence, base: Trial, sets: Iterable[Sequence[EffectSpec]]) -> float:
-    """The largest mean gain over ``base`` on one joint with a gap, where one of the ``sets`` of effects does something:
-    an effect on each joint is tried on all of them at once.
+def promised_on_a_joint(
+    evidence: Evidence, base: Trial, terms: Sequence[Term], starts: Iterable[Floats]
+) -> float:
+    """The largest mean gain over ``base`` on one joint with a gap, where an effect does something that is tried on all
+    joints at once: a term (k of them) each, at each of the ``starts`` (k, p).
     """
     runs, scoring = informative_runs(evidence), evidence.scoring
     old = _unchanged(evidence, base, runs)
     with_gap = np.flatnonzero(gap_of(scoring, base.held_square).significant)
     on_joint = [np.isin(scoring.run, runs) & (scoring.joint == joint) for joint in with_gap]
+    hypothesis = Hypothesis((*base.hypothesis.terms, *terms))
+    sets = ([*base.specs, *specs_of(terms, start)] for start in starts)
     best = 0.0
-    for new in _scaled(evidence, base, runs, sets):
+    for new in _scaled(evidence, base, runs, hypothesis, sets):
         moved = np.abs(new - old) > CHANGED * scoring.allowed_square
         gains = [scoring.gain(new, old, rows).mean for mine in on_joint if (rows := mine & moved).any()]
         best = max((best, *gains))
@@ -65,21 +71,33 @@ def promised_on_a_joint(evidence: Evidence, base: Trial, sets: Iterable[Sequence
 
 def _unchanged(evidence: Evidence, base: Trial, runs: Sequence[int]) -> Floats:
     """(B,) mean squares of ``base``, the nominal lags off by what suits it in these runs."""
-    return _squares(evidence, base, runs, [base.readings[i] for i in runs], base.specs)
+    stacked = _stacked(evidence, runs, base.hypothesis)
+    return _squares(evidence, base, runs, stacked, [base.readings[i] for i in runs])
 
 
 def _scaled(
-    evidence: Evidence, base: Trial, runs: Sequence[int], sets: Iterable[Sequence[EffectSpec]]
+    evidence: Evidence,
+    base: Trial,
+    runs: Sequence[int],
+    hypothesis: Hypothesis,
+    sets: Iterable[Sequence[EffectSpec]],
 ) -> Iterator[Floats]:
     """(B,) mean squares with each share of the change in some runs that each of the ``sets`` of effects makes to
-    ``base``.
+    ``base``; they are those of a ``hypothesis``.
     """
+    stacked = _stacked(evidence, runs, hypothesis)
     for specs in sets:
         made = evidence.predictor.readings(specs, runs, rough=True)
         change = [new - base.readings[i] for i, new in zip(runs, made, strict=True)]
         for share in (*SHARES, _least_squares(evidence, base, runs, change)):
             mixed = [base.readings[i] + share * part for i, part in zip(runs, change, strict=True)]
-            yield _squares(evidence, base, runs, mixed, specs)
+            yield _squares(evidence, base, runs, stacked, mixed)
+
+
+def _stacked(evidence: Evidence, runs: Sequence[int], hypothesis: Hypothesis) -> StackedAngles:
+    """All joints in some runs, to be as late beside a hypothesis as suits what it predicts."""
+    limits = shift_limits(evidence.angles, hypothesis)
+    return StackedAngles.of(evidence.angles, range(evidence.data.joints), runs, limits)
 
 
 def _least_squares(evidence: Evidence, base: Trial, runs: Sequence[int], change: Sequence[Floats]) -> float:
@@ -94,25 +112,11 @@ def _least_squares(evidence: Evidence, base: Trial, runs: Sequence[int], change:
 
 
 def _squares(
-    evidence: Evidence,
-    base: Trial,
-    runs: Sequence[int],
-    readings: Sequence[Floats],
-    specs: Sequence[EffectSpec],
+    evidence: Evidence, base: Trial, runs: Sequence[int], stacked: StackedAngles, readings: Sequence[Floats]
 ) -> Floats:
-    """(B,) mean squares with other ``readings`` in some runs, and the nominal lags off by what suits those."""
-    within = evidence.angles.residuals_within(readings, runs, _shift_limits(evidence, specs))
-    of_run = dict(zip(runs, within, strict=True))
+    """(B,) mean squares with other ``readings`` in some runs, ``stacked``."""
+    of_run = dict(zip(runs, np.split(stacked.residual(readings), stacked.times.ends[:-1]), strict=True))
     left = [of_run.get(i, rest) for i, rest in enumerate(base.left)]
     square = base.held_square.copy()
     square[evidence.scoring.of_angles] = evidence.angles.blocks.mean_square(left)
     return evidence.scoring.credited(square)
-
-
-def _shift_limits(evidence: Evidence, specs: Sequence[EffectSpec]) -> ShiftLimits:
-    """How much less than stated each joint may lag beside these effects: not where they set the delay themselves."""
-    count = evidence.data.joints
-    setting = [spec for spec in specs if "delay" in spec.effect.covers]
-    return ShiftLimits.of(
-        evidence.data.robot, [[j - 1 for j in spec.joints or range(1, count + 1)] for spec in setting]
-    )

@@ -64,7 +64,7 @@ def _widened(evidence: Evidence, fits: Sequence[Trial], first: Trial) -> list[Tr
     """What a rough fit took for the winner in more words, held out after all: a better fit may tell them apart."""
     winner = next(t for t in fits if t.hypothesis == first.hypothesis)
     wider = [t for t in fits if _says_no_more(evidence, t, winner)]
-    return in_parallel(lambda t: run_trial(evidence, t.hypothesis, [t.theta]), wider)
+    return _cross_validated(evidence, wider)
 
 
 def called_for(evidence: Evidence, library: Library, base: Trial, effects: Sequence[Effect]) -> list[Effect]:
@@ -90,7 +90,12 @@ def held_out(evidence: Evidence, fits: Sequence[Trial], base: Trial | None = Non
     """
     simpler = fits if base is None else [base, *fits]
     further = [t for t in fits if not any(_says_no_more(evidence, t, other) for other in simpler)]
-    return in_parallel(lambda t: run_trial(evidence, t.hypothesis, [t.theta]), further)
+    return _cross_validated(evidence, further)
+
+
+def _cross_validated(evidence: Evidence, fits: Sequence[Trial]) -> list[Trial]:
+    """The same explanations, from where these fits ended."""
+    return in_parallel(lambda t: run_trial(evidence, t.hypothesis, [t.theta]), fits)
 
 
 def _says_no_more(evidence: Evidence, fit: Trial, other: Trial) -> bool:

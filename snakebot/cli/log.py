@@ -251,10 +251,12 @@ def recover_log(log: Path, output: Path | None, as_json: bool) -> None:
 
 def existing(log: Path) -> Path:
     """The log, if there is such a file."""
+    from snakebot.runlog.naming import no_such_log
+
     if log.is_dir():
         raise BadInputError(f"{log}: a folder; give a log in it (`snakebot log list {log}`)")
     if not log.is_file():
-        raise BadInputError(f"{log}: no such log")
+        raise no_such_log(log)
     return log
 
 

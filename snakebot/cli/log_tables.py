@@ -77,7 +77,7 @@ def import_log(table: Path, output: Path, robot_source: str, as_json: bool, **op
         about["notes"] = options["note"]
     mapping = parse_map(entries_of(options), robot)
     path = import_table(table, output, robot, mapping, about, _dialect(table, options))
-    tell({"output": str(path)}, as_json, str(path))
+    tell({"output": str(path), "robot": robot.name}, as_json, f"{path}: of robot {robot.name}")
 
 
 MERGE_EPILOG = """\b

@@ -43,9 +43,10 @@ def command(
     from snakebot.control import plan_replay
     from snakebot.robot import load_robot
     from snakebot.runlog import read_log
+    from snakebot.runlog.naming import no_such_log
 
     if not log.is_file():
-        raise BadInputError(f"{log}: no such log")
+        raise no_such_log(log)
     check_finite("rate", rate)
     check_finite("ramp", ramp)
     recorded = read_log(log)

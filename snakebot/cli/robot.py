@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from snakebot.servobus.joints import Joint
     from snakebot.servobus.master import BusMaster
 
+MOST_TURNS_ASKED = 5  # tries to turn one joint; a servo that is in no joint, or in another one, never turns
+
 
 @click.group(
     name="robot",
@@ -216,13 +218,21 @@ def _enter(what: str) -> None:
 
 
 def _direction(master: BusMaster, joint: Joint, zero: int) -> int:
+    """
+    Raises:
+        BadInputError: the joint has not turned, however often it was asked for.
+    """
     from snakebot.servobus.calibration import MOVED_RAD, direction, positions
 
-    while True:
+    for _ in range(MOST_TURNS_ASKED):
         _enter(
             f"Turn joint {joint.number} by {math.degrees(MOVED_RAD):.0f} deg or more to larger angles, hold it"
         )
         sign = direction(joint, zero, positions(master, [joint])[0])
         if sign is not None:
             return sign
-        click.echo(f"joint {joint.number} has hardly turned; again")
+        click.echo(f"joint {joint.number} has hardly turned")
+    raise BadInputError(
+        f"joint {joint.number} (servo {joint.id}) did not turn in {MOST_TURNS_ASKED} tries: is that servo in this joint? "
+        "Nothing was written; --zeros-only keeps the directions of the description"
+    )

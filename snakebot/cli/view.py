@@ -70,10 +70,11 @@ def command(
 
 def _recording(log: Path, address: str, page_port: int, token: str) -> Show:
     from snakebot.runlog import read_log
+    from snakebot.runlog.naming import no_such_log
     from snakebot.view.recording import show
 
     if not log.is_file():
-        raise BadInputError(f"{log}: no such log")
+        raise no_such_log(log)
     recorded = read_log(log)
     if not len(recorded.t_s):
         raise BadInputError(f"{log}: holds no ticks: there is nothing to show")

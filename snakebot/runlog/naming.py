@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from snakebot.errors import LogError
+from snakebot.errors import BadInputError, LogError
 
 if TYPE_CHECKING:
     from snakebot.gait import Gait
@@ -31,6 +31,15 @@ def numbered(path: Path) -> Iterator[Path]:
     yield path
     for count in range(2, 10_000):
         yield path.with_name(f"{path.name.removesuffix(SUFFIX)}-{count}{SUFFIX}")
+
+
+def no_such_log(path: str | os.PathLike[str]) -> BadInputError:
+    """The error to raise where a log is missing: it says how to see those that are there."""
+    folder = Path(path).parent
+    if not folder.is_dir():
+        return BadInputError(f"{path}: no such log: there is no folder {folder}")
+    where = "" if folder == DEFAULT_FOLDER else f" {folder}"
+    return BadInputError(f"{path}: no such log; `snakebot log list{where}` lists those in its folder")
 
 
 def check_new_log(path: str | os.PathLike[str]) -> None:

@@ -13,7 +13,7 @@ from snakebot.errors import BadInputError
 from snakebot.runlog.import_hint import import_hint
 from snakebot.runlog.listing import find_logs
 from snakebot.runlog.log import NoTicksError
-from snakebot.runlog.naming import PART_SUFFIX, SUFFIX
+from snakebot.runlog.naming import PART_SUFFIX, SUFFIX, no_such_log
 from snakebot.runlog.number_table import TABLE_SUFFIXES, stem_and_suffix
 from snakebot.runlog.reader import LogWarning, read_log
 from snakebot.runlog.run import Run, Session
@@ -39,7 +39,7 @@ def open_session(path: PathLike) -> Session:
         return read_session(given)
     if given.name.endswith((SUFFIX, SUFFIX + PART_SUFFIX)):
         if not given.is_file():
-            raise BadInputError(f"{given}: no such log")
+            raise no_such_log(given)
         log = read_log(given)
         return Session(robot=log.robot, runs=(log.to_run(),), path=given, warnings=log.problems)
     if not given.is_file():

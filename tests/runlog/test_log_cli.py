@@ -68,9 +68,10 @@ def test_export_to_tables_sessions_and_attachments(tmp_path: Path, capsys: Captu
     assert "exists already" in snakebot(capsys, "log", "export", log, tmp_path / "a.csv", status=2)
     assert "2 were given" in snakebot(capsys, "log", "export", log, other, tmp_path / "c.csv", status=2)
     assert "nor an attachment" in snakebot(capsys, "log", "export", log, tmp_path / "x.dbc", status=2)
-    assert "no such log" in snakebot(
-        capsys, "log", "export", tmp_path / "no.mcap", tmp_path / "n.csv", status=2
-    )
+    said = snakebot(capsys, "log", "export", tmp_path / "no.mcap", tmp_path / "n.csv", status=2)
+    assert f"no such log; `snakebot log list {tmp_path}`" in said
+    said = snakebot(capsys, "log", "info", tmp_path / "gone" / "a.mcap", status=2)
+    assert f"no such log: there is no folder {tmp_path / 'gone'}" in said
 
 
 def test_an_exported_table_can_be_imported_again(tmp_path: Path, capsys: Capture) -> None:
@@ -185,6 +186,11 @@ def test_recover(tmp_path: Path, capsys: Capture) -> None:
     )
     assert "--output" in snakebot(capsys, "log", "recover", log.path, status=2)
     assert "no such log" in snakebot(capsys, "log", "recover", tmp_path / "gone.mcap.part", status=2)
+    cut = tmp_path / "cut.mcap.part"
+    cut.write_bytes(whole[: len(whole) // 20])
+    assert "not one tick in it is whole" in snakebot(capsys, "log", "recover", cut, status=2)
+    assert cut.exists(), "what cannot be read today may be tomorrow"
+    assert [path.name for path in tmp_path.glob("cut*")] == [cut.name]
     (tmp_path / "x.mcap.part").write_bytes(b"no log")
     assert "not an MCAP log" in snakebot(capsys, "log", "recover", tmp_path / "x.mcap.part", status=2)
     assert not (tmp_path / "x.mcap").exists()

@@ -231,6 +231,24 @@ def test_calibrate_stores_zeros_and_directions(
     assert robot.provenance["servos"].status == "measured"
 
 
+def test_calibrate_gives_up_on_a_joint_that_never_turns(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked: list[str] = []
+
+    def absent(text: str, **_: object) -> str:
+        asked.append(text)
+        assert len(asked) < 100, "asks without end"
+        return ""
+
+    monkeypatch.setattr("click.prompt", absent)
+    out = tmp_path / "mine.yaml"
+    with on_a_pty(emulated("sts3215")) as end:
+        assert call("robot", "calibrate", end.port, "--robot", SNAKE, "--out", str(out)) == 2
+    assert "joint 1 (servo 1) did not turn in 5 tries" in capsys.readouterr().err
+    assert not out.exists()
+
+
 def test_nobody_is_told_to_turn_a_joint_that_has_torque() -> None:
     bus = emulated("sts3215")
     master = master_of(MemoryLine(bus, VirtualClock()))

@@ -87,7 +87,7 @@ for; 1 internal error; 130 interrupted. With --live also those of `snakebot run`
     "--gait", "gait_source", default="penn_state_optimum", show_default=True, help="Gait to compare with."
 )
 @click.option("--dask", metavar="ADDRESS", help="Hand the simulations to a dask.distributed cluster.")
-@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="[results/optimize_<robot>].")
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="[results/optimize_ROBOT].")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object.")
 @click.option(
     "--live", "port", metavar="PORT", help="Diagnose the robot there, choose, run the choice: does it pay?"
@@ -160,7 +160,7 @@ def command(
         within=ranges, faults=_faults(faults, robot), margin=margin, torque_nm=torque, robust=robust, draws=draws,
         seed=seed, within_recorded=within_recorded, amplitudes=amplitudes, grid=parse_grid(grid),
     )  # fmt: skip
-    folder = out or Path("results") / f"optimize_{robot.name}"
+    folder = out or Path("results") / f"optimize_{Path(robot_source).stem}"
     if port is not None and logs is not None:
         which = _which(robot_source, ()) + f" --port {shlex.quote(port)}"
         _live(robot, goal, options, folder, port, logs, effects, as_json, live_options, which)

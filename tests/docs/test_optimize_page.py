@@ -52,7 +52,7 @@ def test_the_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     for command in COMMANDS:
         call(*words_of(command))
         if command.split()[1:3] == ["optimize", "calibrated.yaml"]:
-            gait = Path("results/optimize_penn_state/gait.yaml").read_text()
+            gait = Path("results/optimize_calibrated/gait.yaml").read_text()
             assert "source: snakebot optimize calibrated.yaml --for speed" in gait
     assert "ci95" in Path("calibrated.yaml").read_text()
     assert Path("results/optimize_penn_state/optimum.png").exists()

@@ -67,7 +67,7 @@ def _print(result: RunResult, summary: dict[str, Any], path: Path) -> None:
     console.print(
         f"{summary['ticks']} ticks, {summary['late']} late, {summary['skipped']} skipped, "
         f"{summary['lost']} without an answer, {summary['clamped']} clamped by limits; round trip "
-        + (f"{trip:.2f} ms" if trip else "-")  # none on a virtual clock
+        + ("-" if trip is None else f"{trip:.2f} ms" if trip else "0: virtual time")
     )
     if result.progress.standstill.matters:
         console.print(f"{result.progress.standstill}; the simulated board stood still with it")

@@ -31,7 +31,7 @@ class BusStatistics:
     answered: int = 0
     retried: int = 0  # asked again within the tick
     lost: int = 0  # never answered
-    corrupt: int = 0  # packets that were damaged
+    corrupt: int = 0  # packets that were damaged, or whose beginning came too late to be read
     unasked: int = 0  # sound packets that nobody waited for
     bytes_sent: int = 0
     bytes_received: int = 0
@@ -41,7 +41,7 @@ class BusStatistics:
         """One line."""
         return (
             f"{self.asked} questions, {self.retried} of them again, {self.lost} never answered, "
-            f"{self.corrupt} damaged answers"
+            f"{self.corrupt} answers damaged or too late"
         )
 
 

@@ -6,7 +6,9 @@ export function put(element, value) {
 }
 
 export function number(value, digits) {
-  return value === null || value === undefined || !isFinite(value) ? "–" : value.toFixed(digits).replace("-", "−");
+  if (value === null || value === undefined || !isFinite(value)) return "–";
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−"); // no -0.0
 }
 
 /* Asking for a style makes the browser work out all of them first: each colour is asked for once a scheme. */

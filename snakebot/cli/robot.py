@@ -233,6 +233,6 @@ def _direction(master: BusMaster, joint: Joint, zero: int) -> int:
             return sign
         click.echo(f"joint {joint.number} has hardly turned")
     raise BadInputError(
-        f"joint {joint.number} (servo {joint.id}) did not turn in {MOST_TURNS_ASKED} tries: is that servo in this joint? "
-        "Nothing was written; --zeros-only keeps the directions of the description"
+        f"joint {joint.number} (servo {joint.id}) did not turn in {MOST_TURNS_ASKED} tries: is that servo in this "
+        "joint? Nothing was written; --zeros-only keeps the directions of the description"
     )

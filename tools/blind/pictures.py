@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -39,12 +40,19 @@ def reliability(p: np.ndarray, right: np.ndarray) -> list[Bin]:
     ]
 
 
-def draw_reliability(p: np.ndarray, right: np.ndarray, folder: Path) -> Path:
-    """``reliability.png``: what was said of causes, and the share that was right."""
+def pyplot() -> Any:
+    """Matplotlib, drawing into files: no screen is needed."""
     import matplotlib as mpl
 
     mpl.use("Agg")
     import matplotlib.pyplot as plt
+
+    return plt
+
+
+def draw_reliability(p: np.ndarray, right: np.ndarray, folder: Path) -> Path:
+    """``reliability.png``: what was said of causes, and the share that was right."""
+    plt = pyplot()
 
     figure, axes = plt.subplots(figsize=(4.5, 4.5))
     axes.plot([0, 1], [0, 1], color="0.7")
@@ -60,10 +68,7 @@ def draw_reliability(p: np.ndarray, right: np.ndarray, folder: Path) -> Path:
 
 
 def draw(pairs: Sequence[Pair], folder: Path) -> list[Path]:
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
+    plt = pyplot()
 
     made = []
 

@@ -35,6 +35,17 @@ class Figure:
     def mapping(self) -> dict[str, Any]:
         return asdict(self)
 
+    def __str__(self) -> str:
+        """The line: what, aim, value, interval, cases, whether it is met."""
+        head = f"{self.text:<46} {self.aim:>8}"
+        if self.value is None:
+            return f"{head}   " + (
+                f"none of {self.cases}  MISSED" if self.met is False else "no case bears on it"
+            )
+        verdict = "" if self.met is None else "met" if self.met else "MISSED"
+        interval = "" if self.low is None else f"[{self.low:.3f}, {self.high:.3f}]"
+        return f"{head} {self.value:7.3f} {interval:>16} {self.cases:5d}  {verdict}".rstrip()
+
 
 def wilson(hits: int, cases: int) -> tuple[float, float]:
     """Interval of a proportion that holds for few cases, too (Wilson 1927)."""

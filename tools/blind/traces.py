@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from blind.pictures import pyplot
+
 SECONDS = 4.0  # from the start of a run: two swings of the slowest gaits
 
 
@@ -22,10 +24,7 @@ class Trace:
 
 def draw_traces(traces: Sequence[Trace], out: Path) -> list[Path]:
     """``wrong_1.png``, ... of the first run of each, in ``out``."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
+    plt = pyplot()
 
     made = []
     for number, trace in enumerate(traces, 1):

@@ -124,6 +124,7 @@ class Effect:
         covers: of the nominal robot's "delay" and "friction", what it sets itself, so that a fit needs no tolerance.
         shows_in: where a fit can see it: in the mean of the readings, in how they scatter, or in both.
         everyday: every real joint has a little of it, so that it may be one of many small causes at once.
+        followed: how many of its ``starts`` a fit follows to the end: more than one where there are side valleys.
         is_read_off: nothing is fitted; ``read_off`` says what the data show.
         breaks_joint: the joint follows no set-point any more: on every joint at once it leaves nothing to look at.
     """
@@ -143,6 +144,7 @@ class Effect:
     covers: ClassVar[frozenset[str]] = frozenset()
     shows_in: ClassVar[frozenset[Moment]] = frozenset({"mean"})
     everyday: ClassVar[bool] = False
+    followed: ClassVar[int] = 1
     is_read_off: ClassVar[bool] = False
     breaks_joint: ClassVar[bool] = False
 

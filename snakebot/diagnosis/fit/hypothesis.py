@@ -104,6 +104,11 @@ class Hypothesis:
         """Distinct effects in the order of the terms."""
         return tuple(dict.fromkeys(term.effect for term in self.terms))
 
+    @property
+    def followed(self) -> int:
+        """How many starts a fit follows to the end."""
+        return max((find_effect(term.effect).followed for term in self.terms), default=1)
+
     def specs(self, theta: Sequence[float] | Floats) -> tuple[EffectSpec, ...]:
         """The effects at ``theta`` (p,); a term with nan among its parameters is absent."""
         parts = zip(self.terms, self.split(np.asarray(theta, dtype=np.float64)), strict=True)

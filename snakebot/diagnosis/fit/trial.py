@@ -119,7 +119,6 @@ def run_trial(
     starts: Sequence[Floats],
     *,
     cross: bool = True,
-    keep: int = 1,
     rough: bool = False,
     last: bool = False,
 ) -> Trial:
@@ -139,7 +138,15 @@ def run_trial(
     count = len(hypothesis.parameters)
     only = np.arange(count) >= count - len(hypothesis.terms[-1].open) if last else None
     theta, covariance, _ = fit_runs(
-        evidence, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough, only=only
+        evidence,
+        hypothesis,
+        starts,
+        runs,
+        steps,
+        hypothesis.followed,
+        covariance=not rough,
+        rough=rough,
+        only=only,
     )
     fold_theta = [theta] * len(evidence.split.folds)
     if cross and theta.size:

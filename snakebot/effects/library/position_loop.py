@@ -19,7 +19,17 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 SLOW = 0.3  # share of the peak rate, below which the spring is read off the sag; chosen
-LIMITED = 0.8  # share of the furthest error seen, at which a limited drive is started; chosen
+LIMITED = (
+    0.8,
+    0.6,
+    0.4,
+    0.3,
+    0.2,
+    0.15,
+    0.1,
+    0.05,
+)  # shares of the furthest error seen, at one of which the drive may
+# give all it has; chosen: each between .6 and .8 of the one before
 LEAST_SAMPLES, LEAST_SWING_RAD = (
     20,
     0.2,
@@ -39,6 +49,7 @@ class PositionLoop(Effect):
     example = "position_loop:stiffness_nm_rad=3,damping_nm_s_rad=0.3,coulomb_nm=0.05,full_drive_deg=60"
     stage = "servo"
     covers = frozenset({"delay"})
+    followed = 4  # a heavy arm that falls or is caught a little later swings otherwise: chosen
     summary = (
         "The servo is a proportional position loop with damping, inertia and friction, and sags under load."
     )
@@ -160,16 +171,14 @@ class PositionLoop(Effect):
             load = observed.over(observed.peak_load_nm, joints, 0.5)
             rest = max(observed.over(observed.residual_rms_rad, joints, 0.1), 0.01)
             return [self._start(load / rest, lag, load, 0.0, 0.0)]
-        furthest = math.degrees(observed.over(_furthest_error_rad(observed), joints, 1.0))
         full = self.parameter("full_drive_deg")
         return [
             {
-                **self._start(
-                    _sag_stiffness(observed, joints, gravity, down), lag, gravity, inertia, math.degrees(down)
-                ),
-                full.name: full.clip(LIMITED * furthest),
+                **self._start(stiffness, lag, gravity, inertia, math.degrees(down)),
+                full.name: full.clip(math.degrees(limit_rad)),
             }
             for gravity, down, inertia in _loads(observed, joints)
+            for stiffness, limit_rad in _sags(observed, joints, gravity, down)
         ]
 
     def _start(
@@ -269,9 +278,16 @@ def _loads(observed: Observed, joints: tuple[int, ...]) -> list[tuple[float, flo
     return [(UNIT_WEIGHT_NM, angle, 0.02 * UNIT_WEIGHT_NM) for angle in angles]
 
 
-def _sag_stiffness(observed: Observed, joints: tuple[int, ...], gravity_nm: float, down_rad: float) -> float:
-    """Weight over error, while the joint is slow: the slope through zero of one against the other."""
-    both, square = 0.0, 0.0
+def _sags(
+    observed: Observed, joints: tuple[int, ...], gravity_nm: float, down_rad: float
+) -> list[tuple[float, float]]:
+    """Stiffness (N m/rad) and error at full drive (rad) of loops that hold the weight while the joint is slow, best
+    first.
+
+    For each limit of the error the stiffness is the slope through zero of the weight against the limited error, by
+    least squares. A slope over all errors would be that of a softer loop.
+    """
+    errors, pulls = [], []
     for run in observed.runs:
         rate = np.gradient(run.measured_rad, run.t_s, axis=0)
         for j in joints:
@@ -279,10 +295,19 @@ def _sag_stiffness(observed: Observed, joints: tuple[int, ...], gravity_nm: floa
             pull = gravity_nm * np.sin(run.measured_rad[:, j] - down_rad)
             slow = np.abs(rate[:, j]) < SLOW * max(float(observed.peak_rate_rad_s[j]), 1e-6)
             use = slow & np.isfinite(error) & np.isfinite(pull)
-            both += float(np.sum(error[use] * pull[use]))
-            square += float(np.sum(np.square(error[use])))
+            errors.append(error[use])
+            pulls.append(pull[use])
+    error, pull = np.concatenate(errors), np.concatenate(pulls)
     least = 0.2 * gravity_nm  # an arm this heavy could not be lifted
-    return max(both / square, least) if square > 0 else max(5.0 * gravity_nm, least)
+    furthest = observed.over(_furthest_error_rad(observed), joints, 1.0)
+    found = []
+    for share in LIMITED:
+        limited = np.clip(error, -share * furthest, share * furthest)
+        square = float(limited @ limited)
+        stiffness = max(float(limited @ pull) / square, least) if square > 0 else max(5.0 * gravity_nm, least)
+        left = float(np.square(pull - stiffness * limited).sum())
+        found.append((left, stiffness, share * furthest))
+    return [(stiffness, limit) for _, stiffness, limit in sorted(found)]
 
 
 def _furthest_error_rad(observed: Observed) -> Floats:

@@ -148,7 +148,8 @@ def _nothing(search: Search, robot: Robot) -> str:
         )
     at = np.flatnonzero(kept)[np.argmax(outcomes.speed_m_s[0][kept])]
     alpha, beta, omega = gaits[at]
-    left = f" with {100 * search.space.margin:g} % of the torque left" if search.space.margin else ""
+    limited = search.space.margin and outcomes.torque_use[0].any()  # all 0 where no servo's torque is known
+    left = f" with {100 * search.space.margin:g} % of the torque left" if limited else ""
     return (
         f"robot {robot.name!r}: no gait here reaches {search.goal.speed_m_s:g} m/s{left}; the fastest makes "
         f"{outcomes.speed_m_s[0, at]:.4g} m/s (alpha {degrees(alpha):.0f} deg, beta {degrees(beta):.0f} deg, "

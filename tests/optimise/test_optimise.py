@@ -45,6 +45,17 @@ def test_a_bench_has_no_gait() -> None:
         optimise(bench, Goal("speed"), SMALL)
 
 
+@pytest.mark.parametrize(("torque_nm", "told"), [(None, False), (5.0, True)])
+def test_a_speed_that_no_gait_reaches_is_told_with_the_margin_where_torque_is_known(
+    torque_nm: float | None, told: bool
+) -> None:
+    tiny = {"alpha": (35, 36), "beta": (80, 81), "omega": (2, 2.1)}
+    options = OptimiseOptions(within=tiny, draws=0, grid=(2, 2, 2), torque_nm=torque_nm)
+    with pytest.raises(BadInputError, match="no gait here reaches 9 m/s") as raised:
+        optimise(ROBOT, Goal("power-at-speed", 9.0), options)
+    assert ("10 % of the torque left" in str(raised.value)) is told
+
+
 def test_choice_intervals_front_and_count_in_a_tiny_space() -> None:
     robot = ROBOT.model_copy(update={"effects": ("rate_limit:limit_rad_s=1.2",)})
     tiny = {"alpha": (35, 36), "beta": (80, 81), "omega": (4, 4.1)}

@@ -19,21 +19,10 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 SLOW = 0.3  # share of the peak rate, below which the spring is read off the sag; chosen
-LIMITED = (
-    0.8,
-    0.6,
-    0.4,
-    0.3,
-    0.2,
-    0.15,
-    0.1,
-    0.05,
-)  # shares of the furthest error seen, at one of which the drive may
-# give all it has; chosen: each between .6 and .8 of the one before
-LEAST_SAMPLES, LEAST_SWING_RAD = (
-    20,
-    0.2,
-)  # of a swing without power that is evaluated: samples, and range in rad; chosen
+# Shares of the furthest error seen, at one of which the drive may give all it has; chosen: each .5 to .8 of the one before.
+LIMITED = (0.8, 0.6, 0.4, 0.3, 0.2, 0.15, 0.1, 0.05)
+LEAST_SAMPLES = 20  # of a swing without power that is evaluated; chosen
+LEAST_SWING_RAD = 0.2  # its range; chosen
 SWING_RAD = 0.02  # beyond which a sample of it counts less; chosen
 SWING_CLOSED = 0.3  # share of the swing's own spread that may be left for it to count as understood; chosen
 UNIT_WEIGHT_NM = 1.0  # of an arm that is not described, by definition: torques are then shares of its weight

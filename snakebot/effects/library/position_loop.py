@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 SLOW = 0.3  # share of the peak rate, below which the spring is read off the sag; chosen
-# Shares of the furthest error seen, at one of which the drive may give all it has; chosen: each .5 to .8 of the one before.
+# Shares of the furthest error seen, at one of which the drive may give all it has; chosen: each .5 to .8 of the last.
 LIMITED = (0.8, 0.6, 0.4, 0.3, 0.2, 0.15, 0.1, 0.05)
 LEAST_SAMPLES = 20  # of a swing without power that is evaluated; chosen
 LEAST_SWING_RAD = 0.2  # its range; chosen

@@ -46,7 +46,9 @@ if TYPE_CHECKING:
 SMOOTHING_S = 0.01  # critically damped, between servo and chain
 STIFF_RAD_S = 60.0  # natural frequency of a stiff joint that has met its limit, beside what it knows to bear
 CAUGHT_UP_RAD, CAUGHT_UP_RAD_S = 3e-4, 0.01  # within which it is stiff again
-CONTACT_RAD_S = 50.0  # of one with play in its gears, where they touch
+CONTACT_RAD_S = (
+    200.0  # of one with play in its gears, where they touch; at 400 motions are the same within 0.05 deg
+)
 SOFT_DAMPING = 0.3  # damping ratio of a joint on a soft spring
 STICK_RAD_S = 2e-3  # a joint slower than this sticks
 ATTEMPTS = 4  # at a step, until no joint changes between sticking and slipping
@@ -134,7 +136,8 @@ def follow(
         scratch[SIDE, j] = side
         demand = grips[j, STIFFNESS] * (twist - side)
         slip = state[j, SMOOTH_RATE] - dphi[j]
-        demand += grips[j, DAMPING] * slip + grips[j, STIFF] * load[j]
+        known = grips[j, STIFF] * load[j] if grips[j, PLAY] == 0.0 else 0.0
+        demand += grips[j, DAMPING] * slip + known
         pull = slip / h  # acceleration of a joint that keeps up
         if springy and was == PRESCRIBED and _keeps_up(grips[j]):
             demand = torque[j] + grips[j, STIFFNESS] / STIFF_RAD_S**2 * (pull - scratch[PULL, j])
@@ -143,11 +146,11 @@ def follow(
             kind[j] = PRESCRIBED
             continue
         held = held or springy
-        if abs(twist) < grips[j, PLAY] or demand * side < 0.0:  # in the play, or into it: gears do not pull
+        if abs(twist) < grips[j, PLAY]:  # in the play
             scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = 1.0, 0.0, 0.0
         else:
             scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = _overdrawn(grips[j], demand, dphi[j], t)
-        scratch[KNOWN, j] = grips[j, STIFF] * load[j]
+        scratch[KNOWN, j] = known
         slides = grips[j, COULOMB] > 0.0 and abs(dphi[j]) > STICK_RAD_S
         scratch[SLIDING, j] = math.copysign(1.0, dphi[j]) if slides else 0.0
     for a in range(6):
@@ -262,6 +265,9 @@ def _overtaxed(grips: Any, kind: Any, torque: Any, scratch: Any, t: float) -> bo
     wrong = False
     for j in range(torque.size):
         held = kind[j] == PRESCRIBED or (kind[j] == TORQUE and scratch[WEAK, j] == 0.0)
+        if held and grips[j, PLAY] > 0.0 and torque[j] * scratch[SIDE, j] < 0.0:  # gears do not pull
+            scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = 1.0, 0.0, 0.0
+            wrong = True
         if not held or grips[j, STIFFNESS] == 0.0 or not _keeps_up(grips[j]):
             continue
         rate = scratch[OLD_DPHI, j]

@@ -202,16 +202,24 @@ def test_play_that_the_load_takes_up_on_an_arm() -> None:
     assert np.abs(made[0][far] - math.radians(2) * low[far]).max() > math.radians(2)
 
 
-def test_play_that_the_load_takes_up_in_a_body() -> None:
+@pytest.mark.parametrize(
+    ("links", "width_deg", "alpha_deg", "beta_deg", "omega_rad_s"),
+    [(6, 3.0, 50, 80, 2.0), (9, 3.0, 50, 80, 2.0), (9, 2.0, 15, 58, 4.7)],
+)
+def test_play_that_the_load_takes_up_in_a_body(
+    links: int, width_deg: float, alpha_deg: float, beta_deg: float, omega_rad_s: float
+) -> None:
     """A joint swings in the play of its gears: never farther than half of it, and on the side that bears the load."""
-    robot = load_robot("penn_state")
+    body = {"links": links, "half_length_m": 0.48 / links, "link_mass_kg": 8.5 / links}
+    friction = {"ct": 0.55, "cn": 35, "ct0": 0.33, "cn0": 1.5}
+    robot = robot_from_mapping({**body, "friction": friction, "servo": {"time_constant_s": 0.04}}, "test")
     t = np.arange(0, 8, 0.01)
-    phase = np.arange(robot.joints) * np.radians(80)
+    phase = np.arange(robot.joints) * np.radians(beta_deg)
     ramp = np.clip(t / 1.5, 0, 1)[:, None] ** 2
-    command = ramp * np.radians(50) * np.sin(2 * t[:, None] + phase)
-    half = math.radians(1.5)
+    command = ramp * np.radians(alpha_deg) * np.sin(omega_rad_s * t[:, None] + phase)
+    half = math.radians(width_deg / 2)
     nominal = predict(robot, (), t, command, quantise=False).joint_angle_rad
-    found = predict(robot, ["backlash:width_deg=3,loaded=1"], t, command, quantise=False)
+    found = predict(robot, [f"backlash:width_deg={width_deg},loaded=1"], t, command, quantise=False)
     swing = (found.joint_angle_rad - nominal)[t > 2]
     load = found.load_nm[t > 2]
     assert np.quantile(np.abs(swing), 0.98) < 1.15 * half

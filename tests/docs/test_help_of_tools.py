@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -25,3 +28,10 @@ def test_a_word_that_it_does_not_know_is_refused(name: str) -> None:
     done = called(TOOLS / f"{name}.py", "nonsense")
     assert done.returncode == 2
     assert "nonsense" in done.stderr
+
+
+def test_fit_all_finds_what_it_imports_from_anywhere(tmp_path: Path) -> None:
+    env = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    words = [sys.executable, str(TOOLS / "blind" / "fit_all"), "--help"]
+    done = subprocess.run(words, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr

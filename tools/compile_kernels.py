@@ -5,6 +5,7 @@ Where compiled code is on disk already it takes some seconds. What is not met he
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 
@@ -34,6 +35,9 @@ def recorded_motion() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    ).parse_args()
     boards()
     recorded_motion()
     warm()  # a sweep of gaits, and a diagnosis

@@ -6,6 +6,7 @@ Runs what drives the core in this process: tests/firmware, and the conformance s
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import shutil
@@ -20,6 +21,9 @@ WANTED_PERCENT = 95.0
 
 
 def main() -> int:
+    argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    ).parse_args()
     for program in ("cc", "gcovr"):
         if shutil.which(program) is None:
             print(f"{program} is not installed: apt-get install gcc gcovr", file=sys.stderr)

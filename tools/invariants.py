@@ -259,7 +259,13 @@ def main() -> int:
     paths = parser.parse_args().answers
     broken = 0
     for path in paths:
-        found = breaches(json.loads(path.read_text(encoding="utf-8")))
+        try:
+            answer = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            parser.error(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}")
+        if not (isinstance(answer, dict) and str(answer.get("schema", "")).startswith("snakebot.diagnosis/")):
+            parser.error(f"{path}: not an answer of snakebot diagnose --json")
+        found = breaches(answer)
         broken += bool(found)
         for breach in found:
             print(f"{path}: {breach}")

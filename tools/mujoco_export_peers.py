@@ -8,6 +8,7 @@ of 0.05 deg. Printed: the error of our own prediction and of MuJoCo against it, 
 
 from __future__ import annotations
 
+import argparse
 import importlib.util
 import sys
 import tempfile
@@ -98,6 +99,9 @@ def compare(robot: Robot, specs: tuple[str, ...], folder: Path, duration_s: floa
 
 
 def main() -> int:
+    argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    ).parse_args()
     robot = load_robot("penn_state")
     print("effect                 ours, mrad   MuJoCo, mrad   ratio   way, mm (ours, MuJoCo)")
     for spec in ("", *(effect.example for effect in effects().values() if effect.applies_to(robot))):

@@ -29,14 +29,16 @@ def make_set(
     """Make what is missing and seal it. ``head``: what was asked for, kept with the labels.
 
     Raises:
-        CannotMakeError: begun with other options, or a key without its seal.
+        CannotMakeError: begun with other options, a key without its seal, or ``out`` is no folder.
     """
     key = out.with_name(out.name + ".key")
     if (out / "labels.sealed").exists():
-        print(f"{out} is sealed already; nothing to do")
+        print(f"{out} is sealed already, and stays as it is; other options want another folder")
         return
     if key.exists():
         raise CannotMakeError(f"{key} is there, but {out} is not sealed: move one of them away")
+    if out.exists() and not out.is_dir():
+        raise CannotMakeError(f"{out}: not a folder")
     (out / "cases").mkdir(parents=True, exist_ok=True)
     # Until the seal is on, labels are kept outside of OUT, where the key will be.
     notes = out.with_name(out.name + ".unsealed.jsonl")

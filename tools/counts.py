@@ -1,8 +1,9 @@
-"""A number on a tool's command line of which there must be at least one."""
+"""Numbers on a tool's command line: of which there must be at least one, and times to wait."""
 
 from __future__ import annotations
 
 import argparse
+import math
 
 
 def at_least_one(text: str) -> int:
@@ -13,4 +14,15 @@ def at_least_one(text: str) -> int:
         raise argparse.ArgumentTypeError(f"{text}: not a whole number") from None
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text}: at least one")
+    return number
+
+
+def seconds(text: str) -> float:
+    """The same for how long something may take, s: above zero and finite."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0.0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"{text}: not a time above zero, in seconds")
     return number

@@ -67,7 +67,7 @@ def pareto_figure(result: Pareto) -> Figure:
     omega = rows[front, 2]
     angles.plot(omega, np.degrees(rows[front, 0]), "o", markersize=4, label="alpha", alpha=0.6)
     angles.plot(omega, np.degrees(rows[front, 1]), "s", markersize=4, label="beta", alpha=0.6)
-    angles.set(xlabel="omega, rad/s", ylabel="deg", title="gaits of the front", ylim=(0, 125))
+    angles.set(xlabel="omega, rad/s", ylabel="deg", title="gaits of the front", ylim=(0, None))
     angles.legend(frameon=False)
     optima = result.optima
     speeds = np.array([row["speed_m_s"] for row in optima])

@@ -89,7 +89,9 @@ def read_table(path: Path) -> list[Measurement]:
                 if len(rows) >= _MAX_ROWS:
                     raise BadInputError(f"{path}: more than {_MAX_ROWS} rows")
                 rows.append(_measurement(path, reader.line_num, row))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+    except OSError as error:
+        raise BadInputError(f"{path}: cannot read the table: {error.strerror or error}") from None
+    except (UnicodeDecodeError, csv.Error) as error:
         raise BadInputError(f"{path}: cannot read the table: {error}") from None
     return rows
 

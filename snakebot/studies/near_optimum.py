@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from snakebot.arrays import Floats
+from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.robot import Robot
 from snakebot.studies.sweep import POWER, SPEED, Conditions, compute
@@ -42,8 +43,11 @@ def near_optimum(
     """``reach`` steps either side of ``gait`` in alpha and in beta, ideal tracking.
 
     Raises:
-        BadInputError: the robot has no body.
+        BadInputError: the robot has no body, or a step is no finite number.
     """
+    for name, step_deg in (("alpha", alpha_step_deg), ("beta", beta_step_deg)):
+        if not np.isfinite(step_deg):
+            raise BadInputError(f"step of {name}: {step_deg:g} deg; it must be a finite number")
     steps = np.arange(-reach, reach + 1)
     alphas = np.degrees(gait.alpha_rad) + alpha_step_deg * steps
     betas = np.degrees(gait.beta_rad) + beta_step_deg * steps

@@ -94,6 +94,7 @@ def gather(folder: Path | None, quick: bool, step: Step) -> PaperEvidence:
         servo_effects=tuple(str(spec) for spec in load_effect_set(SERVO)),
         reading=evaluate(penn, reading, half),
         sweep_s=sweep_s,
+        quick=quick,
     )
 
 

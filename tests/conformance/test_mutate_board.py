@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import importlib.machinery
 import importlib.util
+import os
 import subprocess
 import sys
 from collections import Counter
+from contextlib import closing
 from functools import partial
+from pathlib import Path
+from time import sleep
 from types import ModuleType
 
 import pytest
@@ -16,6 +20,7 @@ from mutation.child import start, wait_for_any
 from mutation.mutant import Mutant
 from mutation.trial import SimTrial
 from samples import sample
+from tool_calls import called
 
 from snakebot.conformance import cases
 
@@ -133,6 +138,35 @@ def test_every_reason_is_one_of_a_mutant_that_there_is(tool: ModuleType) -> None
     assert not set(reasons) - names, "the line has changed: look at tools/mutation/reasons.yaml"
     assert {kind for kind, _ in reasons.values()} <= {"equivalent", "wire", "joints", "hours", "unpromised"}
     assert all(len(why) > 20 for _, why in reasons.values())
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--jobs", "0"], "--jobs: 0: at least one"),
+        (["--sample", "-1"], "--sample: -1: at least one"),
+        (["--least", "nan"], "--least: nan: not a share"),
+        (["--least", "95"], "--least: 95: not a share"),
+        (["--again", "nowhere.txt"], "nowhere.txt"),
+        (["--file", "nothing"], "no mutant is left to try"),
+    ],
+)
+def test_what_cannot_be_tried_is_told_in_a_line(words: list[str], told: str) -> None:
+    done = called(TOOL, *words)
+    assert done.returncode == 2
+    assert told in done.stderr.splitlines()[-1]
+
+
+def _endless() -> str:
+    while True:
+        sleep(60)
+
+
+def test_when_the_tool_is_stopped_its_trials_are(tool: ModuleType, tmp_path: Path) -> None:
+    with closing(tool.Trials(tmp_path)) as trials:
+        child = trials._begin(_endless)
+    with pytest.raises(ChildProcessError):
+        os.waitpid(child.pid, os.WNOHANG)
 
 
 @pytest.mark.slow

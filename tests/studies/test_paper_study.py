@@ -167,6 +167,13 @@ def test_claims_fail_when_the_numbers_say_otherwise() -> None:
         assert table[claim].agrees is False, claim
 
 
+def test_a_quick_look_says_nothing_of_how_many_gaits_there_are_and_what_they_take() -> None:
+    table = by_claim(replace(as_the_paper_says(), quick=True, sweep_s=None))
+    assert table["5a"].agrees is None
+    assert "quick" in table["5a"].why
+    assert "earlier run" not in table["5b"].ours
+
+
 def test_nothing_is_said_of_the_tables_that_the_source_does_not_show() -> None:
     row = by_claim(as_the_paper_says())["-"]
     assert (row.ours, row.agrees) == ("not compared", None)
@@ -230,6 +237,8 @@ def test_nonsense_is_answered_by_one_line(capsys: pytest.CaptureFixture[str]) ->
     for words, said in (
         (["infer", "--reading", "tea"], "known are printed"),
         (["gap", "--effect", "rate_limit+tea"], "known are servo_lag"),
+        (["grid", "--alpha-step", "nan"], "step of alpha: nan deg"),
+        (["friction", "nowhere.csv"], "nowhere.csv: cannot read the table: No such file or directory"),
     ):
         with pytest.raises(SystemExit) as ended:
             main(["study", *words])

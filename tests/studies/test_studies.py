@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -330,6 +331,18 @@ def test_dissipation_of_a_logged_run_agrees_with_the_simulation(
     with pytest.raises(SystemExit) as ended:
         main(["study", "dissipation", "run.mcap", "--speed", "nan"])
     assert ended.value.code == 2
+
+
+def test_the_picture_of_a_front_shows_each_of_its_gaits() -> None:
+    from snakebot.studies.figures import pareto_figure
+
+    swept = pareto(ROBOT, gaits=np.radians([[30.0, 60.0, 115.0], [10.0, 180.0, 115.0]]))
+    result = replace(swept, front=np.arange(len(swept.rows)))  # whichever gait is cheapest
+    angles = pareto_figure(result).axes[1]
+    shown = np.concatenate([np.asarray(line.get_ydata(), float) for line in angles.lines])
+    assert shown.max() == pytest.approx(180.0)
+    assert angles.get_ylim()[0] == 0.0
+    assert angles.get_ylim()[1] > 180.0
 
 
 def test_a_grid_has_a_readable_number_in_every_cell_and_says_its_units() -> None:

@@ -12,6 +12,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
+from stopped import nothing_new_once_stopped, worker_ends_at_ctrl_c
+
 from blind.seal import seal
 
 # The label of the case of a number, and what is to be taken out of the library when it is answered; the folder is
@@ -58,7 +60,8 @@ def make_set(
     missing = [n for n in numbers if n not in done]
     tasks = {}
     begun = time.monotonic()
-    with ProcessPoolExecutor(jobs) as pool, notes.open("a") as file:
+    workers = ProcessPoolExecutor(jobs, initializer=worker_ends_at_ctrl_c)
+    with nothing_new_once_stopped(workers) as pool, notes.open("a") as file:
         secrets.SystemRandom().shuffle(missing)
         for n in missing:
             token = secrets.token_hex(6)

@@ -63,6 +63,7 @@ def test_pieces_are_done_here_in_their_order_and_each_once() -> None:
         assert list(workers.results(divmod, {"a": (7, 3), "b": (9, 2)})) == [("a", (2, 1)), ("b", (4, 1))]
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there_is_told() -> None:
     with pytest.raises(BadInputError, match="no scheduler answers"), Workers("tcp://127.0.0.1:1"):
         pass

@@ -102,6 +102,8 @@ def suite(folder: Path, tests: str, *options: str) -> subprocess.CompletedProces
     return subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=100, check=False)
 
 
+@pytest.mark.slow
+@pytest.mark.real_time
 def test_a_test_that_is_asked_again_has_the_computer_to_itself(tmp_path: Path) -> None:
     done = suite(tmp_path, TWO, "-n", "2", "--dist", "load")
     assert done.returncode == 0, done.stdout

@@ -77,6 +77,7 @@ def test_ideal_tracking_at_the_optimum_reaches_the_papers_speed(tmp_path: Path) 
     assert result["lost"] == result["late"] == 0
 
 
+@pytest.mark.slow
 def test_the_log_holds_the_run_and_is_the_same_each_time(tmp_path: Path) -> None:
     """In this process and in one of its own."""
     words = ["--duration", "5", "--fast", "--seed", "3", "--frames", "--log"]

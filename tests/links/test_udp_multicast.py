@@ -41,6 +41,8 @@ def namespace() -> list[str] | None:
     return None
 
 
+@pytest.mark.slow
+@pytest.mark.real_time
 def test_the_contract_holds_between_two_processes_and_strangers_are_not_heard() -> None:
     how = namespace()
     if how is None:

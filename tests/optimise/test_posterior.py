@@ -104,6 +104,7 @@ def test_what_nothing_is_learnt_from_is_refused(verdict: str) -> None:
         calibrated(ROBOT, speed.model_copy(update={"verdict": verdict, "causes": ()}))
 
 
+@pytest.mark.slow
 def test_a_faster_gait_may_be_off_by_as_large_a_share_of_its_speed() -> None:
     known = ROBOT.model_copy(update={"tolerance": calibrated(ROBOT, WALKED).tolerance})
     gaits = [("slow", row_of(Gait.from_degrees(20, 80, 0.5))), ("fast", row_of(Gait.from_degrees(40, 60, 3)))]

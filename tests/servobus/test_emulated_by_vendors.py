@@ -103,12 +103,12 @@ def test_dynamixel_bus_watchdog(dxl: Any) -> None:
     handler = Patient(plain)
     handler.write4ByteTxRx(port, 1, 112, 20)  # slow: 0.48 rad/s
     handler.write1ByteTxRx(port, 1, 64, 1)
-    handler.write1ByteTxRx(port, 1, 98, 5)  # 100 ms
+    handler.write1ByteTxRx(port, 1, 98, 10)  # 200 ms
     handler.write4ByteTxRx(port, 1, 116, 4000)
     for _ in range(10):
         time.sleep(0.03)
         plain.ping(port, 2)
-    assert handler.read1ByteTxRx(port, 1, 98)[0] == 5, "pings of another servo feed it"
+    assert handler.read1ByteTxRx(port, 1, 98)[0] == 10, "pings of another servo feed it"
     time.sleep(0.3)
     assert handler.read1ByteTxRx(port, 1, 98)[0] == 0xFF
     stopped = handler.read4ByteTxRx(port, 1, 132)[0]

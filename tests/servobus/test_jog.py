@@ -40,6 +40,8 @@ def holding_joint_2(sts: ServoBusEnd, *options: str) -> subprocess.Popen[str]:
     raise AssertionError(jog.communicate()[1])
 
 
+@pytest.mark.slow
+@pytest.mark.real_time
 def test_jog_leaves_the_others_free_where_that_is_wanted(sts: ServoBusEnd) -> None:
     jog = holding_joint_2(sts, "--others-free")
     time.sleep(0.2)

@@ -84,6 +84,7 @@ def test_shares_of_the_tolerances_stay_within_them(a: float, b: float) -> None:
 
 @settings(deadline=None)  # the first call imports an optimiser
 @given(st.lists(st.floats(-10, 10), min_size=12, max_size=12))
+@pytest.mark.slow
 def test_together_the_tolerances_are_no_further_off_than_one_may_be(size: list[float]) -> None:
     """Each of many numbers at the edge of what is credible is not credible at all."""
     spread = np.linspace(0.01, 0.1, 12)

@@ -16,6 +16,8 @@ from snakebot.diagnosis.search.outlook import SHARE_OF_BEST, promise
 from snakebot.diagnosis.search.rounds import explore
 from snakebot.effects.registry import find_effect
 
+pytestmark = pytest.mark.slow
+
 
 def explored(effect: str) -> list[Trial]:
     evidence = gather(prepare(make_session(snake(), [effect])))

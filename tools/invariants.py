@@ -30,6 +30,7 @@ MOST_GUESSED = 0.5  # highest probability of a cause that no motion tests (docs/
 UNTESTED = re.compile("nothing tests it|no run is held out")  # so an answer says that none does
 BELOW_FLOOR = 0.95  # of the floor; errors that are lower cannot be by chance, over hundreds of blocks
 SCATTER = {"encoder_noise"}  # shows in how readings scatter: no prediction of them comes nearer
+MAY_SCATTER = SCATTER | {"command_loss"}  # may show there alone, with nothing to close in the mean
 SAID_OF_FLOOR = re.compile(r"\b(floor|repeat)", re.IGNORECASE)
 
 
@@ -70,6 +71,12 @@ def _closed(answer: Answer) -> list[float]:
     return [part["closed"] for part in _parts(answer).values() if part["closed"] is not None]
 
 
+def _of_scatter(answer: Answer) -> bool:
+    """Whether all that is named may show in the scatter alone."""
+    names = {cause["effect"] for cause in answer["causes"]}
+    return bool(names) and names <= MAY_SCATTER
+
+
 def no_cause_without_held_out_closure(answer: Answer) -> Iterator[str]:
     """A cause closes something on motions that it was not fitted to; scatter alone has nothing to close.
 
@@ -83,9 +90,9 @@ def no_cause_without_held_out_closure(answer: Answer) -> Iterator[str]:
             reasons = [part.get("reason") or "" for part in _parts(answer).values()]
             if not any(UNTESTED.search(text) for text in (*answer["warnings"], *reasons)):
                 yield f"{named}: no run is held out, and nothing says so"
-        elif not _closed(answer):
+        elif not _closed(answer) and not _of_scatter(answer):
             yield f"{named}: no closure is told"
-        elif max(_closed(answer)) <= 0:
+        elif _closed(answer) and max(_closed(answer)) <= 0:
             yield f"{named}: closed {max(_closed(answer)):.2f}"
 
 
@@ -127,6 +134,8 @@ def below_the_floor_is_a_doubt(answer: Answer) -> Iterator[str]:
 
     Not asked of the speed: it has one number a run, and few runs come nearer by chance.
     """
+    if _of_scatter(answer):  # which is in the floor of repeats, too
+        return
     said = any(SAID_OF_FLOOR.search(warning) for warning in answer["warnings"])
     part = _parts(answer).get("joint_angle")
     if part and part["floor"] and part["after"] < BELOW_FLOOR * part["floor"] and not said:

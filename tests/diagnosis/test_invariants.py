@@ -57,6 +57,23 @@ def sound() -> dict[str, Any]:
     }
 
 
+def test_lost_set_points_that_show_in_the_scatter_alone_close_nothing_and_need_not() -> None:
+    answer = sound()
+    answer["causes"][0]["effect"] = "command_loss"
+    answer["closure"]["joint_angle"] = {
+        "rms_before": 0.2,
+        "rms_after": 0.2,
+        "rms_floor": 0.25,
+        "closed": None,
+    }
+    answer["closure"]["by_joint"], answer["closure"]["steps"] = [], []
+    named = {breach.invariant for breach in breaches(answer)}
+    assert not named & {"no_cause_without_held_out_closure", "below_the_floor_is_a_doubt"}
+    answer["causes"][0]["effect"] = "backlash"
+    named = {breach.invariant for breach in breaches(answer)}
+    assert named >= {"no_cause_without_held_out_closure", "below_the_floor_is_a_doubt"}
+
+
 def test_an_answer_that_agrees_with_itself_breaks_nothing() -> None:
     assert breaches(sound()) == []
 

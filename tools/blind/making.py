@@ -35,7 +35,7 @@ def make_set(
     """
     key = out.with_name(out.name + ".key")
     if (out / "labels.sealed").exists():
-        print(f"{out} is sealed already, and stays as it is; other options want another folder")
+        print(f"{out} is sealed already: nothing to do; other options want another folder")
         return
     if key.exists():
         raise CannotMakeError(f"{key} is there, but {out} is not sealed: move one of them away")

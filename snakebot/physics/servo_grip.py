@@ -46,9 +46,7 @@ if TYPE_CHECKING:
 SMOOTHING_S = 0.01  # critically damped, between servo and chain
 STIFF_RAD_S = 60.0  # natural frequency of a stiff joint that has met its limit, beside what it knows to bear
 CAUGHT_UP_RAD, CAUGHT_UP_RAD_S = 3e-4, 0.01  # within which it is stiff again
-CONTACT_RAD_S = (
-    200.0  # of one with play in its gears, where they touch; at 400 motions are the same within 0.05 deg
-)
+CONTACT_RAD_S = 200.0  # of one with play, where its gears touch: at 400 joints move the same to 0.05 deg
 SOFT_DAMPING = 0.3  # damping ratio of a joint on a soft spring
 STICK_RAD_S = 2e-3  # a joint slower than this sticks
 ATTEMPTS = 4  # at a step, until no joint changes between sticking and slipping
@@ -136,7 +134,9 @@ def follow(
         scratch[SIDE, j] = side
         demand = grips[j, STIFFNESS] * (twist - side)
         slip = state[j, SMOOTH_RATE] - dphi[j]
-        known = grips[j, STIFF] * load[j] if grips[j, PLAY] == 0.0 else 0.0
+        known = (
+            grips[j, STIFF] * load[j] if grips[j, PLAY] == 0.0 else 0.0
+        )  # with play: of the other side, perhaps
         demand += grips[j, DAMPING] * slip + known
         pull = slip / h  # acceleration of a joint that keeps up
         if springy and was == PRESCRIBED and _keeps_up(grips[j]):
@@ -261,11 +261,13 @@ def _try_step(
 
 @jit
 def _overtaxed(grips: Any, kind: Any, torque: Any, scratch: Any, t: float) -> bool:
-    """Whether the step just tried took more of a stiff joint's motor than it has; ``scratch`` is put right."""
+    """Whether the step just tried took more of a stiff joint's motor than it has, or pulled at gears that can but push;
+    ``scratch`` is put right.
+    """
     wrong = False
     for j in range(torque.size):
         held = kind[j] == PRESCRIBED or (kind[j] == TORQUE and scratch[WEAK, j] == 0.0)
-        if held and grips[j, PLAY] > 0.0 and torque[j] * scratch[SIDE, j] < 0.0:  # gears do not pull
+        if held and grips[j, PLAY] > 0.0 and torque[j] * scratch[SIDE, j] < 0.0:
             scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = 1.0, 0.0, 0.0
             wrong = True
         if not held or grips[j, STIFFNESS] == 0.0 or not _keeps_up(grips[j]):

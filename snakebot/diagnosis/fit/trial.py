@@ -137,16 +137,9 @@ def run_trial(
         steps = min(steps, FIRST_STEPS)
     count = len(hypothesis.parameters)
     only = np.arange(count) >= count - len(hypothesis.terms[-1].open) if last else None
+    keep = hypothesis.followed
     theta, covariance, _ = fit_runs(
-        evidence,
-        hypothesis,
-        starts,
-        runs,
-        steps,
-        hypothesis.followed,
-        covariance=not rough,
-        rough=rough,
-        only=only,
+        evidence, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough, only=only
     )
     fold_theta = [theta] * len(evidence.split.folds)
     if cross and theta.size:

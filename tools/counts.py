@@ -1,4 +1,4 @@
-"""Numbers on a tool's command line: of which there must be at least one, and times to wait."""
+"""Numbers on a tool's command line: of which there must be at least one, times to wait, and shares."""
 
 from __future__ import annotations
 
@@ -25,4 +25,15 @@ def seconds(text: str) -> float:
         number = math.nan
     if not 0.0 < number < math.inf:
         raise argparse.ArgumentTypeError(f"{text}: not a time above zero, in seconds")
+    return number
+
+
+def share(text: str) -> float:
+    """The same for a number from 0 to 1."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0.0 <= number <= 1.0:
+        raise argparse.ArgumentTypeError(f"{text}: not a share from 0 to 1")
     return number

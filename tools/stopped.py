@@ -13,12 +13,12 @@ from typing import TypeVar
 AnyExecutor = TypeVar("AnyExecutor", bound=Executor)
 
 
-def until_stopped(main: Callable[[], int]) -> int:
-    """The exit status of ``main``; 130 where Ctrl-C stopped it, with a line and no traceback."""
+def until_stopped(main: Callable[[], int], then: str = "the same command goes on") -> int:
+    """The exit status of ``main``; 130 where Ctrl-C stopped it, with one line that ends in ``then``."""
     try:
         return main()
     except KeyboardInterrupt:
-        print(f"\n{Path(sys.argv[0]).name}: stopped; the same command goes on", file=sys.stderr)
+        print(f"\n{Path(sys.argv[0]).name}: stopped; {then}", file=sys.stderr)
         return 130
 
 

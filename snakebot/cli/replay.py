@@ -39,14 +39,13 @@ def command(
     import json
 
     from snakebot.cli.execution import check, execute
+    from snakebot.cli.log import existing
     from snakebot.cli.summary import report
     from snakebot.control import plan_replay
     from snakebot.robot import load_robot
     from snakebot.runlog import read_log
-    from snakebot.runlog.naming import no_such_log
 
-    if not log.is_file():
-        raise no_such_log(log)
+    existing(log)
     check_finite("rate", rate)
     check_finite("ramp", ramp)
     recorded = read_log(log)

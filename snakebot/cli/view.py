@@ -69,13 +69,11 @@ def command(
 
 
 def _recording(log: Path, address: str, page_port: int, token: str) -> Show:
+    from snakebot.cli.log import existing
     from snakebot.runlog import read_log
-    from snakebot.runlog.naming import no_such_log
     from snakebot.view.recording import show
 
-    if not log.is_file():
-        raise no_such_log(log)
-    recorded = read_log(log)
+    recorded = read_log(existing(log))
     if not len(recorded.t_s):
         raise BadInputError(f"{log}: holds no ticks: there is nothing to show")
     return lambda told: show(recorded, address, page_port, token, told)

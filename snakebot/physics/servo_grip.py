@@ -95,7 +95,7 @@ def grips_of(params: Floats, model: ChainModel) -> Floats:
         damping,
         coulomb,
         limit,
-        ~soft,
+        ~soft & ~(play > 0),  # what it bore a moment ago was perhaps on the other side of the play
         stall,
         no_load,
         fade,
@@ -134,10 +134,7 @@ def follow(
         scratch[SIDE, j] = side
         demand = grips[j, STIFFNESS] * (twist - side)
         slip = state[j, SMOOTH_RATE] - dphi[j]
-        known = (
-            grips[j, STIFF] * load[j] if grips[j, PLAY] == 0.0 else 0.0
-        )  # with play: of the other side, perhaps
-        demand += grips[j, DAMPING] * slip + known
+        demand += grips[j, DAMPING] * slip + grips[j, STIFF] * load[j]
         pull = slip / h  # acceleration of a joint that keeps up
         if springy and was == PRESCRIBED and _keeps_up(grips[j]):
             demand = torque[j] + grips[j, STIFFNESS] / STIFF_RAD_S**2 * (pull - scratch[PULL, j])
@@ -150,7 +147,7 @@ def follow(
             scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = 1.0, 0.0, 0.0
         else:
             scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = _overdrawn(grips[j], demand, dphi[j], t)
-        scratch[KNOWN, j] = known
+        scratch[KNOWN, j] = grips[j, STIFF] * load[j]
         slides = grips[j, COULOMB] > 0.0 and abs(dphi[j]) > STICK_RAD_S
         scratch[SLIDING, j] = math.copysign(1.0, dphi[j]) if slides else 0.0
     for a in range(6):
@@ -187,7 +184,7 @@ def _springy(grip: Any, row: Any) -> bool:
 @jit
 def _keeps_up(grip: Any) -> bool:
     """Whether nothing but a limit can hold this joint back."""
-    nothing_else: bool = grip[STIFF] > 0.0 and grip[COULOMB] == 0.0 and grip[PLAY] == 0.0
+    nothing_else: bool = grip[STIFF] > 0.0 and grip[COULOMB] == 0.0
     return nothing_else
 
 

@@ -2,41 +2,28 @@
 
 from __future__ import annotations
 
-import importlib.util
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from threading import Event
-from types import ModuleType
 
 import pytest
+from stopped import nothing_new_once_stopped, until_stopped
 
 
-@pytest.fixture(scope="module")
-def stopped() -> ModuleType:
-    path = Path(__file__).resolve().parents[2] / "tools/stopped.py"
-    spec = importlib.util.spec_from_file_location("stopped", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_a_stopped_tool_says_so_in_a_line(stopped: ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_stopped_tool_says_so_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     def main() -> int:
         raise KeyboardInterrupt
 
-    assert stopped.until_stopped(main) == 130
+    assert until_stopped(main) == 130
     said = capsys.readouterr().err
     assert said.strip().endswith("stopped; the same command goes on")
     assert "Traceback" not in said
 
 
-def test_the_status_of_a_tool_that_is_not_stopped_is_its_own(stopped: ModuleType) -> None:
-    assert stopped.until_stopped(lambda: 3) == 3
+def test_the_status_of_a_tool_that_is_not_stopped_is_its_own() -> None:
+    assert until_stopped(lambda: 3) == 3
 
 
-def test_what_waits_when_a_tool_is_stopped_is_not_begun(stopped: ModuleType) -> None:
+def test_what_waits_when_a_tool_is_stopped_is_not_begun() -> None:
     begun, go_on = Event(), Event()
     worked: list[int] = []
 
@@ -46,7 +33,7 @@ def test_what_waits_when_a_tool_is_stopped_is_not_begun(stopped: ModuleType) -> 
 
     with (
         pytest.raises(KeyboardInterrupt),
-        stopped.nothing_new_once_stopped(ThreadPoolExecutor(1)) as threads,
+        nothing_new_once_stopped(ThreadPoolExecutor(1)) as threads,
     ):
         threads.submit(first)
         waiting = [threads.submit(worked.append, i) for i in range(5)]
@@ -59,9 +46,9 @@ def test_what_waits_when_a_tool_is_stopped_is_not_begun(stopped: ModuleType) -> 
     assert all(one.cancelled() for one in waiting)
 
 
-def test_without_being_stopped_all_of_it_is_done(stopped: ModuleType) -> None:
+def test_without_being_stopped_all_of_it_is_done() -> None:
     worked: list[int] = []
-    with stopped.nothing_new_once_stopped(ThreadPoolExecutor(1)) as threads:
+    with nothing_new_once_stopped(ThreadPoolExecutor(1)) as threads:
         for i in range(5):
             threads.submit(worked.append, i)
     assert worked == [0, 1, 2, 3, 4]

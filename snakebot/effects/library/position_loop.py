@@ -293,7 +293,7 @@ def _sags(
     for share in LIMITED:
         limited = np.clip(error, -share * furthest, share * furthest)
         square = float(limited @ limited)
-        stiffness = max(float(limited @ pull) / square, least) if square > 0 else max(5.0 * gravity_nm, least)
+        stiffness = max(float(limited @ pull) / square, least) if square > 0 else 5.0 * gravity_nm
         left = float(np.square(pull - stiffness * limited).sum())
         found.append((left, stiffness, share * furthest))
     return [(stiffness, limit) for _, stiffness, limit in sorted(found)]

@@ -158,7 +158,6 @@ class AnswerWriter:
 
     def __init__(self, joints: int) -> None:
         self._wire = wire()
-        self._joints = joints
         self._counts, self._raw = np.zeros((2, 3 * groups(joints)), np.int64)
         self._counts[joints:] = NO_READING
         self._measured = self._counts[:joints]

@@ -23,7 +23,7 @@ from firmware_protocol.catalogue import (
     frame_id,
 )
 from firmware_protocol.frame import Frame
-from snakebot.conformance.bench import Bench
+from snakebot.conformance.bench import Bench, growth
 from snakebot.conformance.case import case
 from snakebot.conformance.frames import vectors
 from snakebot.conformance.violations import expect
@@ -75,9 +75,9 @@ def _all_counted(bench: Bench, frames: list[Frame], what: str) -> None:
         bench.ping()
     pings = sum(isinstance(m, Pong) for m in bench.heard)
     after = bench.counters()
-    corrupt = (after.corrupt - before.corrupt) & 0xFFFF
+    corrupt = growth(after.corrupt, before.corrupt)
     expect(corrupt == len(frames), f"{len(frames)} frames with {what}: {corrupt} were counted as corrupt")
-    received, sent = (after.received - before.received) & 0xFFFF, bench.sent - sent_before
+    received, sent = growth(after.received, before.received), bench.sent - sent_before
     expect(received == sent, f"{sent} frames were sent, Counters.received grew by {received}")
     answers = [m for m in bench.heard if isinstance(m, Acknowledge | InfoProtocol)]
     expect(not answers, f"frames with {what} were answered: {answers}")

@@ -25,6 +25,11 @@ def passed_us(later: int, earlier: int) -> int:
     return (later - earlier) & _TIME_MASK
 
 
+def growth(later: int, earlier: int) -> int:
+    """By how much a counter of 16 bits has grown, across its wrap."""
+    return (later - earlier) & 0xFFFF
+
+
 class Bench(Exchange):
     """A board at the end of a link, and what a lab can do to it.
 

@@ -29,8 +29,9 @@ from snakebot.conformance.bench import LIMIT_STEP, Bench
 from snakebot.conformance.case import case
 from snakebot.conformance.lag import angles_of
 from snakebot.conformance.limits import reports_of
-from snakebot.conformance.limits_tape import Limits, arm_finely, play, set_all, slow_limits
+from snakebot.conformance.limits_tape import play
 from snakebot.conformance.requests import moves_freely
+from snakebot.conformance.rule import Limits, arm_finely, set_all, slow_limits
 from snakebot.conformance.violations import expect
 
 _RELAXED_S = 2.1  # a fault has relaxed: 2 s (PROTOCOL.md), and what a main loop may be late

@@ -16,7 +16,8 @@ from snakebot.conformance.violations import HostStalledError, NotApplicableError
 _MODULES = (
     "identity", "beats", "frames", "bad_frames", "setpoints", "unfinished", "watchdog", "feeding", "modes", "latches",
     "holder", "power", "by_hand", "one_by_hand", "joints", "trims", "every_joint", "trims_and_zeros", "requests",
-    "limits", "limits_tape", "tracking", "beside", "where", "reboot", "after_reset", "clock", "hardware", "faults_told",
+    "limits", "limits_tape", "tracking", "clamping", "beside", "where", "reboot", "after_reset", "clock", "hardware",
+    "faults_told",
 )  # fmt: skip
 _TRIES = 5  # of a case in which this computer, not the board, was late
 

@@ -11,7 +11,7 @@ from firmware_protocol.catalogue import (
     Mode,
     Result,
 )
-from snakebot.conformance.bench import LIMIT_STEP, MOST_LIMIT, Bench
+from snakebot.conformance.bench import LIMIT_STEP, MOST_LIMIT, Bench, growth
 from snakebot.conformance.case import case
 from snakebot.conformance.lag import angles_of
 from snakebot.conformance.violations import expect
@@ -176,7 +176,7 @@ def each_rigid_here_joint_stays(bench: Bench) -> None:
             _near(bench, sample.applied_rad, wanted, f"joint {joint} rigid_here")
         expect(bench.set_joint_mode(joint, JointMode.ACTIVE).result is Result.OK, "active was refused")
     bench.make_safe()
-    grown = (bench.counters().clamped - before) & 0xFFFF
+    grown = growth(bench.counters().clamped, before)
     expect(grown == 0, f"a rigid joint is no limit, and yet {grown} set-points were counted as clamped")
 
 

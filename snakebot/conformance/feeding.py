@@ -31,7 +31,7 @@ from firmware_protocol.catalogue import (
     encode,
 )
 from firmware_protocol.frame import Frame
-from snakebot.conformance.bench import Bench, passed_us
+from snakebot.conformance.bench import Bench, growth, passed_us
 from snakebot.conformance.case import case
 from snakebot.conformance.violations import expect
 from snakebot.conformance.watchdog import in_time
@@ -263,5 +263,5 @@ def drops_setpoints_without_length(bench: Bench) -> None:
     event = next(m for m in bench.heard if isinstance(m, FaultEvent))
     in_time(passed_us(event.board_time_us, last), 100_000, "in spite of set-points of no length the fault")
     bench.make_safe()
-    grown = (bench.counters().dropped - before) & 0xFFFF
+    grown = growth(bench.counters().dropped, before)
     expect(grown == sent, f"{sent} set-points of no length were sent, Counters.dropped grew by {grown}")

@@ -18,7 +18,7 @@ from firmware_protocol.catalogue import (
 )
 from firmware_protocol.frame import Frame
 from firmware_protocol.framing import pack
-from snakebot.conformance.bench import Bench
+from snakebot.conformance.bench import Bench, growth
 from snakebot.conformance.case import case
 from snakebot.conformance.violations import expect
 
@@ -58,7 +58,7 @@ def answers_all_at_once(bench: Bench) -> None:
 
 
 def _grown(before: Counters, after: Counters, name: str) -> int:
-    return int(getattr(after, name) - getattr(before, name)) & 0xFFFF
+    return growth(getattr(after, name), getattr(before, name))
 
 
 @case(
@@ -168,6 +168,19 @@ def survives_noise(bench: Bench) -> None:
         noise = bench.draw.randbytes(bench.draw.randrange(1, 60)).replace(b"\x01\x00", b"")
         bench.send_bytes(noise + b"\0" + pack(encode(Ping(number))))
         bench.wait(Pong, nonce=number)
+
+
+@case("Every frame that is received is counted, those of set-points, executed or not, as all others.")
+def counts_the_frames_of_setpoints(bench: Bench) -> None:
+    before, sent_before = bench.counters(), bench.sent
+    here = bench.arm()
+    bench.stand_at(here, 0.1, "a stream")
+    bench.must_go(Mode.HOLDING)
+    bench.stream(0.05, lambda t: here)
+    bench.must_go(Mode.DISARMED)
+    after = bench.counters()
+    heard, sent = _grown(before, after, "received"), bench.sent - sent_before
+    expect(heard == sent, f"{sent} frames were sent, most of set-points, Counters.received grew by {heard}")
 
 
 @case("Counters wrap at 16 bits.", long=True)

@@ -8,6 +8,7 @@ from firmware_protocol.catalogue import (
     MAX_JOINTS,
     NOBODY,
     PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
     BoardHeartbeat,
     Counters,
     Fault,
@@ -34,6 +35,11 @@ def identifies_itself(bench: Bench) -> None:
         protocol.catalogue_hash == catalogue_hash(),
         f"host has catalogue {catalogue_hash():08x}, the board {protocol.catalogue_hash:08x}: "
         "generate the board's codec from the same snakebot.dbc",
+    )
+    expect(
+        protocol.protocol_minor == PROTOCOL_MINOR,
+        f"this host asks for what protocol {PROTOCOL_MAJOR}.{PROTOCOL_MINOR} says, the board speaks "
+        f"{protocol.protocol_major}.{protocol.protocol_minor}",
     )
     expect(1 <= protocol.joints <= MAX_JOINTS, f"{protocol.joints} joints")
     expect(firmware.watchdog_ms == 100, f"the watchdog is 100 ms, the board reports {firmware.watchdog_ms}")

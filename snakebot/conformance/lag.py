@@ -67,7 +67,11 @@ def at_rest(bench: Bench, within_counts: int = 1) -> Sample:
 
 def throw(bench: Bench, side: float) -> Thrown:
     """Arm, and send all joints away to one side; return while they are still behind."""
-    here = bench.arm()
+    return throw_from(bench, bench.arm(), side)
+
+
+def throw_from(bench: Bench, here: Sequence[float], side: float) -> Thrown:
+    """The same of a board that is armed, from these angles (rad)."""
     goal = [angle + side * bench.nudge_rad for angle in here]
     sent = bench.stream(0.01 * _TICKS, lambda t: goal)
     sample = bench.answered(sent[-1][0])

@@ -20,7 +20,7 @@ from firmware_protocol.catalogue import (
     Ping,
     Result,
 )
-from snakebot.conformance.bench import LIMIT_STEP, MOST_LIMIT, Bench
+from snakebot.conformance.bench import LIMIT_STEP, MOST_LIMIT, Bench, growth
 from snakebot.conformance.case import case
 from snakebot.conformance.violations import expect
 from snakebot.gait.limits import SlewLimiter
@@ -137,7 +137,7 @@ def leaves_good_motions_alone(bench: Bench) -> None:
     after = bench.counters()
     expect(
         after.clamped == before.clamped,
-        f"{(after.clamped - before.clamped) & 0xFFFF} of its set-points were clamped",
+        f"{growth(after.clamped, before.clamped)} of its set-points were clamped",
     )
 
 
@@ -151,7 +151,7 @@ def counts_clamped(bench: Bench) -> None:
         0.001,
     )
     after = bench.counters()
-    grown = (after.clamped - before.clamped) & 0xFFFF
+    grown = growth(after.clamped, before.clamped)
     expect(grown == 1, f"one set-point was clamped, Counters.clamped grew by {grown}")
 
 

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from firmware_protocol.assembly import to_wire
-from firmware_protocol.catalogue import FaultEvent, JointMode, LimitKind, Mode, Result, State
+from firmware_protocol.catalogue import FaultEvent, LimitKind, Mode, Result, State
 from snakebot.conformance.bench import LIMIT_STEP, Bench, passed_us
 from snakebot.conformance.case import case
-from snakebot.conformance.lag import at_rest
+from snakebot.conformance.rule import (
+    FULL_CREDIT_S,
+    SLACK_RAD,
+    Limits,
+    Rule,
+    arm_finely,
+    hold_between,
+    set_all,
+    set_all_of,
+    slow_limits,
+)
 from snakebot.conformance.violations import NotApplicableError, expect
 from snakebot.gait.limits import SlewLimiter
 
-_SLACK_RAD = 1.1e-4  # half a step of the wire, and single precision
 # Uncertainty of the times, s: a microsecond of the clock counts for more where a joint brakes at the last moment.
 _BLUR_S = 1e-4
 _CLOCK_S = 2e-6  # by which the time between two readings of the board's clock may be off
@@ -25,8 +33,6 @@ _LONG_STEPS = (
     128,
     170,
 )  # of the interval: all that need the eighth bit of its byte, and leave the watchdog alone
-
-Limits = tuple[float, float, float]  # angle (rad), speed (rad/s), acceleration (rad/s^2)
 
 
 @dataclass(slots=True)
@@ -54,26 +60,24 @@ class _Motion:
         return to_wire(self.target_rad)
 
 
-def _sent(bench: Bench, angles: Sequence[float], interval_s: float, step: int) -> State | None:
-    """Send one set-point; the State that answers it, or None: it was dropped."""
+def _sent(
+    bench: Bench, angles: Sequence[float], interval_s: float, step: int
+) -> tuple[State | None, int, float]:
+    """Send one set-point.
+
+    The State that answers it, or None: it was dropped. When it came by the board's clock (us), and by how much it may
+    have come earlier (s): of one that was dropped only the answer to a ping behind it is known.
+    """
     bench.heard.clear()
+    sent_s = bench.clock.now_s()
     sequence = bench.tick(angles, interval_s, step)
-    bench.ping()
+    pong = bench.ping()
+    earlier_s = bench.clock.now_s() - sent_s
     if any(isinstance(m, FaultEvent) for m in bench.heard):
         bench.blame_the_watchdog()
         expect(False, "a FaultEvent came in mid-stream")
-    return next((m for m in bench.heard if isinstance(m, State) and m.sequence == sequence), None)
-
-
-def arm_finely(bench: Bench) -> list[float]:
-    """Arm joints at rest; the register (rad), finer than the wire tells it: without power it is the reading."""
-    sample = at_rest(bench)
-    bench.must_go(Mode.ARMED)
-    start = []
-    for counts, applied in zip(sample.measured_counts, sample.applied_rad, strict=True):
-        angle = applied if counts is None else counts * bench.rad_per_count
-        start.append(angle if abs(angle - applied) < 1e-4 else applied)
-    return start
+    state = next((m for m in bench.heard if isinstance(m, State) and m.sequence == sequence), None)
+    return (None, pong.board_time_us, earlier_s) if state is None else (state, state.board_time_us, 0.0)
 
 
 def play(
@@ -91,15 +95,16 @@ def play(
 ) -> None:
     """Move all joints at random, and compare each tick with the rule. The board must be armed, at rest.
 
-    ``tighter`` limits come into force halfway, in mid-motion; every so many set-points the board holds in between.
+    ``tighter`` limits come into force halfway, in mid-motion; every so many set-points the board holds in between, or
+    some later, where the rule says clearly which path stays.
     ``before_each`` set-point something else may be sent; ``long_ticks`` are as long as the watchdog lets them be;
     ``but_joint`` (from 1) is not compared.
     """
-    bench.listen(0.035)  # more than the credit can hold
-    model = SlewLimiter(*zip(*limits, strict=True))
+    bench.listen(FULL_CREDIT_S)
+    model = Rule(*zip(*limits, strict=True))
     model.reset(here)
     motions = [_Motion(bench, angle, reach_rad, longest, angle) for angle in here]
-    last_us, due, dropped = None, False, 0
+    last_us, due, dropped, holds = None, False, 0, False
     for number in range(ticks):
         if tighter and number == ticks // 2:
             set_all(bench, tighter)
@@ -107,10 +112,11 @@ def play(
             model.angle_rad[:] = angle_rad
             model.speed_rad_s[:] = speed_rad_s
             model.acceleration_rad_s2[:] = acceleration_rad_s2
-        if holds_every and number % holds_every == holds_every - 1:
-            _hold(bench)
+        holds = holds or (holds_every > 0 and number % holds_every == holds_every - 1)
+        if holds and not model.is_torn():
+            hold_between(bench)
             model.rest(1.0)
-            last_us = None
+            last_us, holds = None, False
         targets = [motion.next_rad() for motion in motions]
         plain = last_us is None or due or long_ticks or bench.draw.random() < 0.5
         interval_s = 0.01 if plain else bench.draw.randrange(1, 50) * _INTERVAL_STEP_S
@@ -121,15 +127,14 @@ def play(
         bench.listen(_PAUSE_S + pause_s)
         if before_each is not None:
             before_each(number)
-        state = _sent(bench, targets, interval_s, step)
-        now_us = bench.ping().board_time_us if state is None else state.board_time_us
+        state, now_us, earlier_s = _sent(bench, targets, interval_s, step)
         elapsed_s = 1.0 if last_us is None else 1e-6 * passed_us(now_us, last_us)
         for near_s in (
             elapsed_s,
-            elapsed_s - _CLOCK_S,
+            max(elapsed_s - earlier_s, 0.0) - _CLOCK_S,
             elapsed_s + _CLOCK_S,
         ):  # of the clock the last digit is round
-            would = copy.deepcopy(model).execute(targets, interval_s, step, near_s)
+            would = model.copy().execute(targets, interval_s, step, near_s)
             if (would is None) == (state is None):
                 elapsed_s = near_s
                 break
@@ -152,46 +157,10 @@ def play(
             if joint == but_joint:
                 continue
             expect(
-                abs(applied - wanted) < _SLACK_RAD + _BLUR_S * limits[joint - 1][1],
+                abs(applied - wanted) < SLACK_RAD + _BLUR_S * limits[joint - 1][1],
                 f"{place}: joint {joint}, target {target:.4f} rad, the rule gives {wanted:.4f}, "
                 f"the board applied {applied:.4f}",
             )
-
-
-def _hold(bench: Bench) -> None:
-    """Holding and armed again, with more time before and after it than the credit can hold."""
-    for mode in (Mode.HOLDING, Mode.ARMED):
-        bench.listen(0.035)
-        bench.must_go(mode)
-    bench.listen(0.035)
-
-
-def slow_limits(bench: Bench, joint: int, here_rad: float, variant: int) -> Limits:
-    """Limits of one joint, unlike those of its neighbours, that a small motion breaks."""
-    wanted = (
-        abs(here_rad) + bench.nudge_rad * (1 + joint % 5) / 5,
-        0.3 + 0.11 * ((joint + variant) % 7),
-        3.0 + 1.3 * ((joint + 2 * variant) % 5),
-    )
-    kinds = zip(LimitKind, wanted, strict=True)
-    angle, speed, acceleration = (
-        round(min(bench.built_in(joint, kind), value) / LIMIT_STEP) * LIMIT_STEP for kind, value in kinds
-    )
-    return angle, speed, acceleration
-
-
-def set_all(bench: Bench, limits: Sequence[Limits]) -> None:
-    for joint, of_joint in enumerate(limits, start=1):
-        set_all_of(bench, joint, of_joint)
-
-
-def set_all_of(bench: Bench, joint: int, limits: Limits) -> None:
-    for kind, value in zip(LimitKind, limits, strict=True):
-        answer = bench.set_limit(joint, kind, value)
-        expect(
-            answer.result is Result.OK,
-            f"{kind.name.lower()} limit {value:.3f} of joint {joint}: {answer}",
-        )
 
 
 @case(
@@ -292,7 +261,7 @@ def starts_with_little_credit(bench: Bench) -> None:
         ):
             moved = abs(applied - was)
             expect(
-                least - 2 * _SLACK_RAD <= moved <= most + 2 * _SLACK_RAD,
+                least - 2 * SLACK_RAD <= moved <= most + 2 * SLACK_RAD,
                 f"the first set-point after {between.name.lower()} moved joint {joint} by {moved:.4f} rad, "
                 f"not {least:.4f} to {most:.4f}",
             )
@@ -325,58 +294,3 @@ def keeps_its_built_in_limits(bench: Bench) -> None:
         bench.stand_at(here, 1.5, "the way back")
         bench.must_go(Mode.DISARMED)
         bench.samples.clear()
-
-
-@case(
-    "A joint at its limit alone makes the set-point count as clamped: each joint, each side, once a set-point."
-)
-def counts_each_joints_clamping(bench: Bench) -> None:
-    before = bench.counters().clamped
-    here = bench.arm()
-    bench.stream(0.05, lambda t: here)
-    wanted = 0
-    for joint in range(bench.joints):
-        for side in (1.0, -1.0):
-            goal = list(here)
-            goal[joint] += side * 0.2
-            bench.stream(0.02, lambda t, goal=goal: goal)  # type: ignore[misc]
-            wanted += 2
-            settled = False
-            for _ in range(40):  # the way back is clamped until it is there
-                bench.listen(0.01)
-                sample = bench.executed(here, "the way back")
-                settled = max(abs(a - b) for a, b in zip(sample.applied_rad, here, strict=True)) < 0.5e-4
-                wanted += not settled
-                if settled:
-                    break
-            expect(settled, f"joint {joint + 1} did not come back from a small jump")
-    bench.must_go(Mode.DISARMED)
-    grown = (bench.counters().clamped - before) & 0xFFFF
-    expect(grown == wanted, f"{wanted} set-points were clamped, Counters.clamped grew by {grown}")
-
-
-@case("A rigid joint on its way is not clamped; while a joint is rigid, another's clamping counts as ever.")
-def counts_clamping_beside_rigid_joints(bench: Bench) -> None:
-    for joint in range(1, bench.joints + 1):
-        bench.fresh()
-        before = bench.counters().clamped
-        here = [to_wire(angle) for angle in bench.arm()]
-        bench.executed(here, "the first one")
-        goal = to_wire(here[joint - 1] + (-bench.nudge_rad if here[joint - 1] > 0 else bench.nudge_rad))
-        answer = bench.set_joint_mode(joint, JointMode.RIGID, goal)
-        expect(answer.result is Result.OK, f"rigid at {goal} rad was answered {answer}")
-        bench.stand_at(here, 0.05, "a stream with a rigid joint")
-        wanted = 0
-        if bench.joints > 1:
-            other = joint % bench.joints
-            jump = list(here)
-            jump[other] = to_wire(jump[other] + 0.2)
-            bench.stand_at(jump, 0.03, "a stream with a rigid joint and a jump")
-            wanted = 3
-        bench.must_go(Mode.DISARMED)
-        grown = (bench.counters().clamped - before) & 0xFFFF
-        expect(
-            grown == wanted,
-            f"joint {joint} was rigid and on its way, another was clamped {wanted} times: Counters.clamped grew "
-            f"by {grown}",
-        )

@@ -19,7 +19,7 @@ from firmware_protocol.catalogue import (
     frame_id,
 )
 from firmware_protocol.frame import Frame
-from snakebot.conformance.bench import Bench
+from snakebot.conformance.bench import Bench, growth
 from snakebot.conformance.case import case
 from snakebot.conformance.violations import expect
 
@@ -137,9 +137,9 @@ def counts_no_stop_as_corrupt(bench: Bench) -> None:
     for length in range(9):
         bench.send_frames([Frame(frame_id(EmergencyStop), bytes(range(length)))])
     after = bench.counters()
-    grown = (after.corrupt - before.corrupt) & 0xFFFF
+    grown = growth(after.corrupt, before.corrupt)
     expect(grown == 0, f"of 9 emergency stops of 0 to 8 bytes {grown} were counted as corrupt")
-    received, sent = (after.received - before.received) & 0xFFFF, bench.sent - sent_before
+    received, sent = growth(after.received, before.received), bench.sent - sent_before
     expect(received == sent, f"{sent} frames were sent, Counters.received grew by {received}")
 
 

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
-from firmware_protocol.catalogue import Fault, FaultEvent, JointMode, Mode, Result
+from collections.abc import Callable
+from functools import partial
+
+from firmware_protocol.catalogue import BoardHeartbeat, Fault, FaultEvent, JointMode, Mode, Result
 from snakebot.conformance.bench import Bench
 from snakebot.conformance.case import case
-from snakebot.conformance.lag import angles_of, at_rest, expect_no_power, expect_power, throw, went_on
+from snakebot.conformance.lag import (
+    Thrown,
+    angles_of,
+    at_rest,
+    expect_no_power,
+    expect_power,
+    throw,
+    throw_from,
+    went_on,
+)
 from snakebot.conformance.violations import NotApplicableError, expect
 
 _SIDES = (1.0, -1.0)  # sign of the turn: either way
+_LATER_S = 0.035  # after the last set-point; chosen: with the throw, less than from one heartbeat to the next
+_LEAST_WAY = 0.2  # of its way, that a simulated joint goes in that time
 
 
 def _all(bench: Bench, powered: bool) -> list[bool]:
@@ -192,3 +206,61 @@ def relaxed_joints_follow_their_encoders(bench: Bench) -> None:
             abs(applied - angle) < 1.5e-4,
             f"2.2 s after the fault the register of joint {joint} does not follow its encoder: it still has power",
         )
+
+
+def _throw_after_a_heartbeat(bench: Bench) -> Thrown:
+    """Arm, and ``throw`` where the next heartbeat comes later: nothing makes the board look at its joints before."""
+    if not bench.simulated:
+        raise NotApplicableError("how soon a real servo follows is not known")
+    here = bench.arm()
+    while not any(isinstance(m, BoardHeartbeat) for m in bench.heard):
+        bench.stream(0.01, lambda t: here)
+    return throw_from(bench, here, 1.0)
+
+
+@case(
+    "Encoders are read when the set-point comes, not before: the reading shows how far each joint has got by then."
+)
+def reads_at_the_moment_of_the_setpoint(bench: Bench) -> None:
+    thrown = _throw_after_a_heartbeat(bench)
+    then = angles_of(bench, thrown.sample)
+    bench.listen(_LATER_S)
+    now = angles_of(bench, bench.executed(thrown.sample.applied_rad, "a set-point after a pause"))
+    for joint, (a, b, lag) in enumerate(zip(now, then, thrown.behind_rad, strict=True), start=1):
+        expect(
+            (a - b) / lag > _LEAST_WAY,
+            f"{1e3 * _LATER_S:g} ms after one set-point the next one was answered with a reading of joint {joint} that "
+            f"has gone {100 * (a - b) / lag:.0f} % of its way",
+        )
+
+
+@case(
+    "Power is there until it is taken: by a stop, by disarming, by freeing, by clearing a fault, up to that moment."
+)
+def power_lasts_until_it_is_taken(bench: Bench) -> None:
+    takes: dict[str, Callable[[], object]] = {
+        "stopped": bench.stop,
+        "disarmed": partial(bench.must_go, Mode.DISARMED),
+        "freed": lambda: [bench.set_joint_mode(joint + 1, JointMode.FREE) for joint in range(bench.joints)],
+    }
+    if bench.lab.fail is not None:
+        takes["cleared"] = lambda: bench.clear(latch)
+    latch = 0
+    for how, take in takes.items():
+        bench.fresh()
+        thrown = _throw_after_a_heartbeat(bench)
+        if bench.lab.fail is not None and how == "cleared":
+            bench.lab.fail(Fault.OVERCURRENT, 1, 5)
+            latch = bench.wait(FaultEvent, 0.02).number
+            bench.lab.fail(Fault.NONE, 0, 0)
+        bench.listen(_LATER_S)
+        take()
+        shares = went_on(bench, thrown)
+        if max(map(abs, shares)) > 1.0 + _LEAST_WAY:
+            raise NotApplicableError("a joint coasts when it loses its power")
+        for joint, share in enumerate(shares, start=1):
+            expect(
+                share > _LEAST_WAY,
+                f"{how} {1e3 * _LATER_S:g} ms after its set-point joint {joint} had gone {100 * share:.0f} % of its "
+                "way: it lost its power before",
+            )

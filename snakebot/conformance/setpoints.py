@@ -10,7 +10,7 @@ from firmware_protocol.assembly import groups, setpoint_messages
 from firmware_protocol.catalogue import Latch, Message, Mode, Setpoint, State, encode
 from firmware_protocol.frame import Frame
 from firmware_protocol.framing import pack
-from snakebot.conformance.bench import Bench
+from snakebot.conformance.bench import Bench, growth
 from snakebot.conformance.case import case
 from snakebot.conformance.violations import expect
 
@@ -143,6 +143,18 @@ def survives_corrupted_packets(bench: Bench) -> None:
         bench.executed(here, "the one after a corrupted packet", _SHORT_S)
 
 
+@case("A packet that goes on behind its end is another one: it is not executed.", needs=("send_bytes",))
+def takes_no_packet_that_goes_on(bench: Bench) -> None:
+    assert bench.send_bytes is not None
+    here = bench.arm()
+    for more in (1, 2, 40):
+        bench.sequence += 1
+        *groups, latch = (pack(encode(message)) for message in _parts(bench, bench.sequence, here))
+        bench.send_bytes(b"\0" + b"".join(groups) + latch.rstrip(b"\0") + b"\1" * more + b"\0")
+        bench.refused(bench.sequence & 0xFFFF, f"its last packet was {more} bytes too long")
+        bench.executed(here, "the one after a packet that was too long", _SHORT_S)
+
+
 @case("Duplicated and stale set-points are not executed; newer is 1 to 32767 ahead, modulo 65536.")
 def knows_newer_from_older(bench: Bench) -> None:
     here = bench.arm()
@@ -244,7 +256,7 @@ def drops_setpoints_unless_armed(bench: Bench) -> None:
         sequence = bench.tick([angle + 0.01 for angle in here])
         bench.refused(sequence, f"the board was {mode.name.lower()}")
         if dropped is not None:
-            grown = (bench.counters().dropped - dropped) & 0xFFFF
+            grown = growth(bench.counters().dropped, dropped)
             expect(grown == 1, f"one set-point was dropped, Counters.dropped grew by {grown}")
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from firmware_protocol.assembly import groups, setpoint_messages
 from firmware_protocol.catalogue import EmergencyStop, Latch, Message, Mode, State, encode
 from firmware_protocol.frame import Frame
-from snakebot.conformance.bench import Bench
+from snakebot.conformance.bench import Bench, growth
 from snakebot.conformance.case import case
 from snakebot.conformance.violations import expect
 
@@ -56,6 +56,21 @@ def keeps_four_unfinished(bench: Bench) -> None:
         bench.send(*rest)
         bench.refused(oldest, "it was the oldest of five unfinished ones")
         bench.executed(here, "the one after six unfinished ones", _SHORT_S)
+
+
+@case("However many set-points were begun, the last four of them are kept: each can be completed.")
+def keeps_the_last_four(bench: Bench) -> None:
+    for given_up in range(1, 2 * _KEPT + 1):  # each place becomes free in its turn
+        bench.fresh()
+        here = bench.arm()
+        bench.executed(here, "the first one", _SHORT_S)
+        begun = [_split(bench, here, False) for _ in range(given_up + _KEPT)]
+        for _, beginning, _ in begun:
+            bench.send(*beginning)
+        for sequence, _, rest in begun[given_up:]:
+            bench.listen(0.001)
+            bench.send(*rest)
+            _executed(bench, sequence, f"it was one of the last four, {given_up} were begun before them")
 
 
 @case("The oldest is the one that began first, whatever its number.")
@@ -152,7 +167,7 @@ def counts_no_groups(bench: Bench) -> None:
             bench.send(*_next(bench, here)[:-1])
         bench.ping()
         bench.make_safe()
-        grown = (bench.counters().dropped - before.dropped) & 0xFFFF
+        grown = growth(bench.counters().dropped, before.dropped)
         expect(grown == 0, f"groups came while {mode.name.lower()}, Counters.dropped grew by {grown}")
 
 
@@ -203,7 +218,7 @@ def counts_every_dropped_one(bench: Bench) -> None:
     bench.executed(here, "the one after many unfinished ones", _SHORT_S)
     bench.stream(0.02, lambda t: here)
     bench.must_go(Mode.DISARMED)
-    grown = (bench.counters().dropped - before.dropped) & 0xFFFF
+    grown = growth(bench.counters().dropped, before.dropped)
     expect(grown == wanted, f"{wanted} set-points were not executed, Counters.dropped grew by {grown}")
 
 
@@ -220,7 +235,7 @@ def counts_latches_in_every_mode(bench: Bench) -> None:
         bench.send(messages[-1])
         bench.ping()
         bench.make_safe()
-        grown = (bench.counters().dropped - before.dropped) & 0xFFFF
+        grown = growth(bench.counters().dropped, before.dropped)
         expect(
             grown == 2, f"two latches were sent while {mode.name.lower()}, Counters.dropped grew by {grown}"
         )

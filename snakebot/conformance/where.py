@@ -10,7 +10,8 @@ from firmware_protocol.catalogue import Applied, PoseMotion, PosePosition, State
 from snakebot.conformance.bench import LIMIT_STEP, Bench, passed_us
 from snakebot.conformance.case import case
 from snakebot.conformance.lag import angles_of, read_now
-from snakebot.conformance.limits_tape import Limits, arm_finely, play, set_all, slow_limits
+from snakebot.conformance.limits_tape import play
+from snakebot.conformance.rule import Limits, arm_finely, set_all, slow_limits
 from snakebot.conformance.violations import NotApplicableError, expect
 
 _FAR_RAD = 3.4  # beyond what the wire carries of an angle, 3.2767 rad

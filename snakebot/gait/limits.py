@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from copy import copy
+from typing import Self
 
 import numpy as np
 
@@ -134,6 +136,15 @@ class SlewLimiter:
         self._target = np.zeros(joints)
         self.reset([0.0] * joints)
 
+    def copy(self) -> Self:
+        """Another of the same limits and in the same state."""
+        other = copy(self)
+        other._limits = self._limits.copy()
+        other.angle_rad, other.speed_rad_s, other.acceleration_rad_s2 = other._limits
+        other._paths, other._target = self._paths.copy(), self._target.copy()
+        other.wanted, other.applied = self.wanted.copy(), self.applied.copy()
+        return other
+
     @property
     def applied_rad(self) -> list[float]:
         """What was executed last, one a joint."""
@@ -180,7 +191,7 @@ class SlewLimiter:
 
     def execute_wanted(self, interval_s: float, gap: int, elapsed_s: float) -> int | None:
         """``execute`` for who has put the set-point into ``wanted`` and finds in ``applied`` what is executed."""
-        declared = interval_s * min(max(gap, 1), MAX_GAP)
+        declared = interval_s * min(gap, MAX_GAP)
         credit = min(self._credit_s + elapsed_s, declared + CREDIT_SLACK_S)
         dt = min(declared, credit)
         if dt < MIN_INTERVAL_S:

@@ -108,7 +108,6 @@ class SoftBoard:
             msg.Ping: lambda message, t: self._send(msg.Pong(message.nonce, self._shows_us(t))),
             msg.InfoRequest: lambda message, t: self._info(),
         }
-        self._broken = Fault.NONE
         self._fresh()
 
     # -- what a transport calls --------------------------------------------------------------------------------------
@@ -201,19 +200,13 @@ class SoftBoard:
         self._clock = None
         self._run_to(now_s)
 
-    def fail(
-        self, fault: Fault, now_s: float, *, lasting: bool = False, joint: int = 0, detail: int = 0
-    ) -> None:
-        """A fault of the simulated hardware: over at once, or ``lasting`` until it fails with ``Fault.NONE``.
-
-        ``Fault.EMERGENCY_STOP`` is a button that is pressed. The board tells ``joint`` (0: none) and ``detail`` of it.
-        """
+    def fail(self, fault: HardwareFault, now_s: float) -> None:
+        """Simulate a fault of the hardware from now on, ``Fault.NONE`` to end it. An emergency stop is a button."""
         t_s = self._run_to(now_s)
-        self._broken = self._machine.broken = fault if lasting else Fault.NONE
-        if fault is Fault.EMERGENCY_STOP:
+        self._hardware.simulated_fault = fault
+        if self._hardware.button_is_pressed:
             self._stop(t_s)
-        elif fault is not Fault.NONE and self._machine.mode in (Mode.ARMED, Mode.HOLDING):
-            self._hardware_failed(HardwareFault(fault, joint, detail))
+        self._watch_hardware()
 
     # -- time --------------------------------------------------------------------------------------------------------
 
@@ -221,7 +214,7 @@ class SoftBoard:
         """All that a reset forgets."""
         robot = self.robot
         limits = (robot.angle_limit_rad, robot.speed_limit_rad_s, robot.acceleration_limit_rad_s2)
-        self._machine = ModeMachine(self._watchdog_ms * 1e-3, self._broken)
+        self._machine = ModeMachine(self._watchdog_ms * 1e-3)
         self._register = SetpointRegister(*limits, self._joints.trim_rad)
         self._configuration = Configuration(
             self._machine, self._register, self._joints.trim_rad, self._joints.zero_counts
@@ -267,7 +260,7 @@ class SoftBoard:
     def _watch_hardware(self) -> None:
         """A fault of the joints freezes an armed or holding board; while it lasts, no board is armed."""
         fault = self._hardware.fault()
-        self._machine.broken = self._broken if fault is None else fault.code
+        self._machine.broken = Fault.NONE if fault is None else fault.code
         if fault is not None and self._machine.mode in (Mode.ARMED, Mode.HOLDING):
             self._hardware_failed(fault)
 
@@ -329,8 +322,8 @@ class SoftBoard:
         self._go_on(self._now_s)
         self._send(self._configuration.clear(message, t_s))
         self._power()
-        if self._broken is Fault.EMERGENCY_STOP and self._machine.mode is not Mode.STOPPED:
-            self._stop(t_s)  # the button is pressed still
+        if self._hardware.button_is_pressed and self._machine.mode is not Mode.STOPPED:
+            self._stop(t_s)
 
     def _configure(self, message: Message, t_s: float) -> None:
         self._go_on(self._now_s)

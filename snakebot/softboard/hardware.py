@@ -46,10 +46,11 @@ class HardwarePlant(JointPlant, Protocol):
 
 
 class Hardware:
-    """A plant's hardware as the board looks at it; a simulated plant has none, and nothing is ever wrong with it."""
+    """A plant's hardware as the board looks at it; a simulated plant has none, and only what is simulated is wrong."""
 
     def __init__(self, plant: JointPlant) -> None:
         self._plant = plant if isinstance(plant, HardwarePlant) else None
+        self.simulated_fault = HardwareFault(Fault.NONE)
         self.latched = HardwareFault(Fault.NONE)  # what the board's last fault was about
 
     @property
@@ -60,8 +61,14 @@ class Hardware:
     def due_s(self) -> float:
         return math.inf if self._plant is None else self._plant.due_s
 
+    @property
+    def button_is_pressed(self) -> bool:
+        return self.simulated_fault.code is Fault.EMERGENCY_STOP
+
     def fault(self) -> HardwareFault | None:
-        return None if self._plant is None else self._plant.fault()
+        """What is wrong now, of the joints that are there first; None: nothing."""
+        fault = None if self._plant is None else self._plant.fault()
+        return fault if fault is not None or self.simulated_fault.code is Fault.NONE else self.simulated_fault
 
     def about(self, code: Fault) -> HardwareFault:
         """Joint and value of the latched fault, where that is the one of this code."""

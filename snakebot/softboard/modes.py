@@ -37,14 +37,14 @@ class Expiry(Enum):
 class ModeMachine:
     """Modes of one board, which waits ``watchdog_s`` for a set-point. Starts disarmed, as after a reset."""
 
-    def __init__(self, watchdog_s: float, broken: Fault = Fault.NONE) -> None:
+    def __init__(self, watchdog_s: float) -> None:
         self._watchdog_s = watchdog_s
         self.mode = Mode.DISARMED
         self.holder = NOBODY
         self.fault = Fault.NONE
         self.fault_since_s = 0.0
         self.latch = 0  # number of the last one: each fault and each emergency stop raises it
-        self.broken = broken  # what is wrong with the hardware now
+        self.broken = Fault.NONE  # what is wrong with the hardware now
         self.powered = False
         self._fed_s = 0.0  # what the watchdog counts from: arming or set-point; holding or heartbeat
 
@@ -80,7 +80,7 @@ class ModeMachine:
         if wanted is not self.mode:
             if wanted not in _TRANSITIONS[self.mode]:
                 return Result.FORBIDDEN, 0
-            if wanted is Mode.ARMED and self.broken is not Fault.NONE:
+            if wanted in _HELD_MODES and self.broken is not Fault.NONE:
                 return Result.FAULTY, self.broken
             self._enter(wanted, host, t_s)
         return Result.OK, 0
@@ -117,12 +117,11 @@ class ModeMachine:
         self.powered = False
 
     def fail(self, fault: Fault, t_s: float) -> None:
-        """A fault of watchdog or hardware: only a board that is armed or holding has something to freeze."""
-        if self.mode in _HELD_MODES:
-            self.mode = Mode.FAULT
-            self.fault = fault
-            self.fault_since_s = t_s
-            self.latch = (self.latch + 1) % LATCHES
+        """A fault of watchdog or hardware, of a board that is armed or holding: only that has something to freeze."""
+        self.mode = Mode.FAULT
+        self.fault = fault
+        self.fault_since_s = t_s
+        self.latch = (self.latch + 1) % LATCHES
 
     def executed(self, t_s: float) -> None:
         """A set-point has been executed: the watchdog of an armed board is fed."""

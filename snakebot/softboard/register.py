@@ -43,7 +43,7 @@ class SetpointRegister:
 
     Args:
         angle_rad, speed_rad_s, acceleration_rad_s2: the board's built-in limits, one a joint.
-        trim_rad: the trims that are stored, one a joint; none without it.
+        trim_rad: the trims that are stored, one a joint.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class SetpointRegister:
         angle_rad: Sequence[float],
         speed_rad_s: Sequence[float],
         acceleration_rad_s2: Sequence[float],
-        trim_rad: Sequence[float] = (),
+        trim_rad: Sequence[float],
     ) -> None:
         self._built_in = (tuple(angle_rad), tuple(speed_rad_s), tuple(acceleration_rad_s2))
         self.joints = len(self._built_in[0])
@@ -64,7 +64,7 @@ class SetpointRegister:
         self._modes = [_Joint() for _ in range(self.joints)]
         self._all_active = True
         # In force: as stored when it got power last.
-        self.trim_rad: Floats = np.array(trim_rad or [0.0] * self.joints, dtype=np.float64)
+        self.trim_rad: Floats = np.array(trim_rad, dtype=np.float64)
         self._limiter.reset(self.trim_rad.tolist())
         self._first = True  # since arming
         self._executed_s = 0.0  # or armed, or reset
@@ -154,11 +154,17 @@ class SetpointRegister:
         self._first = False
         self._executed_s = t_s
         self.sequence = tick.sequence
-        self.clamped += changed > 0 and any(
-            joint.mode is JointMode.ACTIVE and abs(now - wanted) > ANGLE_STEP_RAD / 2
-            for joint, now, wanted in zip(self._modes, limiter.applied, limiter.wanted, strict=True)
-        )
+        self.clamped += changed > 0 if self._all_active else self._is_changed()
         return True
+
+    def _is_changed(self) -> bool:
+        """A limit has changed where an active joint is sent; a rigid one is on its way."""
+        return any(
+            joint.mode is JointMode.ACTIVE and abs(now - wanted) > ANGLE_STEP_RAD / 2
+            for joint, now, wanted in zip(
+                self._modes, self._limiter.applied, self._limiter.wanted, strict=True
+            )
+        )
 
     def _target(self, index: int, angle_rad: float) -> float:
         """Where the servo is to be."""

@@ -25,6 +25,7 @@ from firmware_protocol.catalogue import (
 )
 from snakebot.board import OtherHost
 from snakebot.errors import BoardFaultError, LostBoardError, NoBoardError
+from snakebot.softboard.hardware import HardwareFault
 
 
 def stream(hands: Hands, seconds: float) -> list[object]:
@@ -206,7 +207,7 @@ def test_what_is_refused_names_the_fault_that_lasts() -> None:
 
     hands = Hands()
     hands.board.connect()
-    hands.sim.fail(Fault.OVERTEMPERATURE, hands.clock.now_s(), lasting=True)
+    hands.sim.fail(HardwareFault(Fault.OVERTEMPERATURE), hands.clock.now_s())
     with pytest.raises(BoardFaultError, match="to arm: the board reports that it is too hot"):
         hands.board.arm()
     assert hands.sim.mode is Mode.DISARMED

@@ -30,6 +30,7 @@ from snakebot.links import Link, open_link
 from snakebot.links.stream_link import StreamLink
 from snakebot.robot import Robot, load_robot, robot_from_mapping
 from snakebot.softboard import InProcessLink, SoftBoard
+from snakebot.softboard.hardware import HardwareFault
 
 STARTS_S = 20.0
 SERIAL_NUMBER = 0x0123456789ABCDEF
@@ -92,7 +93,7 @@ def _limits_of(joint: int) -> tuple[float, float, float]:
     return angle, speed if joint < 16 else 300.0, 60.0 - 0.1 * joint
 
 
-def _sim_bench(board: SoftBoard, clock: VirtualClock, *, pose: bool, **hands: Any) -> Bench:
+def _sim_bench(board: SoftBoard, clock: VirtualClock, *, simulated: bool, pose: bool, **hands: Any) -> Bench:
     raw: list[bytes] = []
     link = InProcessLink(board, clock, to_board=lambda data: raw.pop() if raw else data)
 
@@ -106,13 +107,13 @@ def _sim_bench(board: SoftBoard, clock: VirtualClock, *, pose: bool, **hands: An
         board.robot.encoder_counts_per_rev,
         SERIAL_NUMBER,
         (major, minor, patch),
-        board.simulated,
+        simulated,
         pose,
         built_in(board.robot),
     )
 
     def fail(fault: Fault, joint: int, detail: int) -> None:
-        board.fail(fault, clock.now_s(), lasting=True, joint=joint, detail=detail)
+        board.fail(HardwareFault(fault, joint, detail), clock.now_s())
 
     lab = Lab(
         reset_at=lambda clock_us: board.reset(clock.now_s(), clock_us),
@@ -134,35 +135,34 @@ def _sim_bench(board: SoftBoard, clock: VirtualClock, *, pose: bool, **hands: An
 @contextmanager
 def sim_in_process() -> Iterator[Bench]:
     """The simulated board with its robot, on a virtual clock."""
-    yield _sim_bench(
-        SoftBoard(load_robot("penn_state"), serial_number=SERIAL_NUMBER), VirtualClock(), pose=True
-    )
+    board = SoftBoard(load_robot("penn_state"), serial_number=SERIAL_NUMBER)
+    yield _sim_bench(board, VirtualClock(), simulated=True, pose=True)
 
 
 @contextmanager
 def sim_with_hands(joints: int = 5, *, counts_per_rev: int = 8192, drift_ppm: float = 0.0) -> Iterator[Bench]:
     """The simulated board with joints that hands can turn, on a virtual clock; its own may run fast."""
     plant = LaggingPlant(joints, counts_per_rev)
-    clock = VirtualClock()
+    clock = VirtualClock(-1000.0)  # a host's time may be any
     board = _board_of(plant, joints, counts_per_rev, drift_ppm)
-    yield _sim_bench(board, clock, pose=False, turn_joint=plant.turn, lose_encoder=plant.lose)
+    yield _sim_bench(board, clock, simulated=True, pose=False, turn_joint=plant.turn, lose_encoder=plant.lose)
 
 
 @contextmanager
 def sim_with_hardware(joints: int = 3) -> Iterator[Bench]:
     """The simulated board's protocol before joints that are there: they fail and measure themselves."""
     plant = LaggingHardware(joints)
-    clock = VirtualClock(1000.0)  # a host's time may be any
+    clock = VirtualClock(1000.0)
     board = _board_of(plant, joints, 8192, 0.0)
 
     def fail(fault: Fault, joint: int, detail: int) -> None:
         button = fault is Fault.EMERGENCY_STOP
         plant.fail(Fault.NONE if button else fault, joint, detail)
-        board.fail(fault if button else Fault.NONE, clock.now_s(), lasting=True)
+        board.fail(HardwareFault(fault if button else Fault.NONE), clock.now_s())
 
     yield _sim_bench(
-        board, clock, pose=False, turn_joint=plant.turn, lose_encoder=plant.lose, fail=fail, supply=plant.measure,
-        supply_is_of_joints=True,
+        board, clock, simulated=False, pose=False, turn_joint=plant.turn, lose_encoder=plant.lose, fail=fail,
+        supply=plant.measure, supply_is_of_joints=True,
     )  # fmt: skip
 
 
@@ -316,7 +316,7 @@ def cores_in_process(library: Any) -> list[Callable[[], Any]]:
     """Every bench of the C core in virtual time: the first takes all cases, the others the quick ones."""
     wrap = 1 << 32
     return [
-        lambda: core_in_process(library),
+        lambda: core_in_process(library, joints=6),  # the last group of three is full
         lambda: core_in_process(library, can=True, start_us=wrap - 650_000, joints=16, counts_per_rev=4096),
         lambda: core_in_process(library, start_us=wrap - 200_000, joints=1, simulated=False),
     ]

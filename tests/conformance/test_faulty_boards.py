@@ -64,7 +64,7 @@ FAULTS = [
     ("modes.c", "if (number != modes->latch) {", "if (number > modes->latch) {", "keeps_newer_stops"),
     ("modes.c", "{\n    next_latch(modes);\n    if (modes->mode != STOPPED) {", "{\n    if (modes->mode != STOPPED) {\n        next_latch(modes);", "numbers_its_latches"),
     ("modes.c", "modes->fault_since_us = now_us;\n    next_latch(modes);", "modes->fault_since_us = now_us;", "numbers_its_latches"),
-    ("modes.c", "if ((wanted == ARMED) && (broken.code", "if ((wanted == FAULT) && (broken.code", "arms_no_faulty_hardware"),
+    ("modes.c", "if (broken.code != SNAKEBOT_FAULT_EVENT_CODE_NONE_CHOICE) {", "if (wanted == FAULT) {", "arms_no_faulty_hardware"),
     ("modes.c", "if ((modes->mode == STOPPED) || (modes->mode == FAULT)) {\n        disarm(modes);\n    }", "disarm(modes);", "clears_nothing_while_armed"),
     ("board.c", "sb_limiter_rest(&board->joints.limiter, now_us - board->executed_us);", "sb_limiter_reset(&board->joints.limiter);", "toggling_gains_nothing"),
     ("say.c", "request, answer.detail, host};", "request, answer.detail, board->modes.holder};", "answers_each_host"),

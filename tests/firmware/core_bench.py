@@ -79,6 +79,13 @@ class CoreBench:
         length = self.library.bench_take(self._buffer)
         return bytes(self._buffer[:length])
 
+    def take_can(self) -> list[Frame]:
+        """What it has said over CAN."""
+        identifier, data, frames = ctypes.c_uint16(), (ctypes.c_uint8 * 8)(), []
+        while (length := self.library.bench_take_can(ctypes.byref(identifier), data)) >= 0:
+            frames.append(Frame(identifier.value, bytes(data[:length])))
+        return frames
+
     def said(self) -> Sequence[Frame]:
         frames = self._decoder.feed(self.take())
         assert self._decoder.corrupt == 0
@@ -158,7 +165,8 @@ class CoreLink(Link):
         deadline_s = now_s + timeout_s
         while True:
             self.bench.step(now_s)
-            frames = self._decoder.feed(self.bench.take())
+            said = self._decoder.feed(self.bench.take())
+            frames = self.bench.take_can() if self._can else said
             if frames or now_s >= deadline_s:
                 self.statistics.received += len(frames)
                 self.statistics.corrupt = self._decoder.corrupt

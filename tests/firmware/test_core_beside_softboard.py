@@ -48,6 +48,7 @@ from firmware_protocol.frame import Frame
 from firmware_protocol.framing import pack_all
 from snakebot.robot import robot_from_mapping
 from snakebot.softboard import SoftBoard
+from snakebot.softboard.hardware import HardwareFault
 
 HOSTS = (0, 11, 11, 11, 11, 22)
 CORE_SERIAL_NUMBER = 0xFEDCBA9876543210  # port/bench
@@ -113,7 +114,7 @@ class Pair:
 
     def fail(self, fault: Fault) -> None:
         """The hardware breaks, or is whole again."""
-        self.sim.fail(fault, self._sim_s(), lasting=True)
+        self.sim.fail(HardwareFault(fault), self._sim_s())
         self.core.library.simulated_joints_fault(int(fault), 0, 0)
         self.go(0)
 

@@ -75,3 +75,18 @@ def test_a_tick_never_waits_for_the_compiler() -> None:
 def test_who_only_checks_a_motion_does_not_load_the_compiler() -> None:
     code = "import snakebot.gait, sys; assert 'numba' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_copy_goes_the_same_way_and_each_has_limits_of_its_own() -> None:
+    one = SlewLimiter([1.0, 1.0], [2.0, 3.0], [20.0, 30.0])
+    one.execute([0.2, -0.3], 0.01, 1, 0.01)
+    other = one.copy()
+    for limiter in (one, other):
+        limiter.execute([0.5, -0.5], 0.01, 1, 0.01)
+    assert other.applied_rad == one.applied_rad
+    other.speed_rad_s[:] = 0.1
+    assert one.speed_rad_s.tolist() == [2.0, 3.0]
+    for _ in range(20):
+        one.execute([0.9, -0.9], 0.01, 1, 0.01)
+        other.execute([0.9, -0.9], 0.01, 1, 0.01)
+    assert abs(one.applied_rad[0]) > abs(other.applied_rad[0])

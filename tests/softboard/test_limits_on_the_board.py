@@ -47,7 +47,7 @@ def run(
     stream: list[Target], limit: tuple[float, float, float], start_rad: float
 ) -> list[tuple[float, float, float]]:
     """(time, time that the set-point could use, executed angle) of each executed set-point."""
-    register = SetpointRegister([limit[0]], [limit[1]], [limit[2]])
+    register = SetpointRegister([limit[0]], [limit[1]], [limit[2]], [0.0])
     register.follow(0, start_rad)
     register.start(0.0)
     t_s = executed_s = 0.0

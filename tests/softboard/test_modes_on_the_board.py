@@ -16,6 +16,7 @@ from firmware_protocol.catalogue import (
     Result,
     State,
 )
+from snakebot.softboard.hardware import HardwareFault
 
 
 def test_stopped_lasts_until_anyone_clears_it() -> None:
@@ -70,11 +71,11 @@ def test_the_watchdog_waits_as_long_as_the_board_reports(watchdog_ms: int) -> No
 
 def test_hardware_that_stays_broken_gets_no_power() -> None:
     rig = Rig()
-    rig.board.fail(Fault.SERVO, rig.now_s, lasting=True)
+    rig.board.fail(HardwareFault(Fault.SERVO), rig.now_s)
     rig.board.reset(rig.now_s)
     answer = rig.go(Mode.ARMED)
     assert (answer.result, answer.mode, answer.detail) == (Result.FAULTY, Mode.DISARMED, Fault.SERVO)
     rig.advance(1.0)
     assert not [change for change in rig.plant.changes if change[2] == "active"]
-    rig.board.fail(Fault.NONE, rig.now_s)
+    rig.board.fail(HardwareFault(Fault.NONE), rig.now_s)
     assert rig.go(Mode.ARMED).result is Result.OK

@@ -22,6 +22,7 @@ from snakebot.errors import BadInputError, BoardFaultError, HostLateError, LostB
 from snakebot.gait import Gait
 from snakebot.robot import Robot, robot_from_mapping
 from snakebot.softboard.disturbance import Rates
+from snakebot.softboard.hardware import HardwareFault
 
 DURATION_S, RAMP_S = 2.5, 0.6
 
@@ -172,7 +173,8 @@ class Play:
                 case "reboot":
                     bench.sim.reset(now_s)
                 case _:
-                    bench.sim.fail(Fault.SERVO, now_s)
+                    for fault in (Fault.SERVO, Fault.NONE):
+                        bench.sim.fail(HardwareFault(fault), now_s)
 
     def run(self) -> bool:
         """True if the motion was begun; how it ended is its own affair, as long as it was in a documented way."""

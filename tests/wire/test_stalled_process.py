@@ -42,6 +42,7 @@ def start(*arguments: str, log: Path, command: list[str] = SNAKEBOT) -> subproce
     host = subprocess.Popen(
         [*command, "run", *GAIT, *arguments, "--log", str(log)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        process_group=0,  # a job of this process: of a group without a parent the kernel ignores SIGTSTP
     )  # fmt: skip
     part = log.with_name(log.name + ".part")
     deadline = time.monotonic() + 60

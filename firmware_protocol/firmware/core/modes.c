@@ -69,7 +69,7 @@ struct sb_answer sb_modes_request(struct sb_modes *modes, uint8_t wanted, uint32
         return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_OK_CHOICE, 0u);
     }
     const struct sb_hardware_fault broken = hal_hardware_fault();
-    if ((wanted == ARMED) && (broken.code != SNAKEBOT_FAULT_EVENT_CODE_NONE_CHOICE)) {
+    if (broken.code != SNAKEBOT_FAULT_EVENT_CODE_NONE_CHOICE) {
         return answer(SNAKEBOT_ACKNOWLEDGE_RESULT_FAULTY_CHOICE, broken.code);
     }
     if (modes->mode == DISARMED) {

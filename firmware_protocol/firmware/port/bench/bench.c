@@ -22,7 +22,9 @@ static uint32_t out_length;
 static struct sb_frame can_in[FRAMES];
 static uint32_t can_in_first;
 static uint32_t can_in_count;
+static struct sb_frame can_out[FRAMES];
 static uint32_t can_out_count;
+static uint32_t can_out_taken;
 static struct sb_parameters stored;
 static bool is_stored;
 static uint32_t saves;
@@ -74,7 +76,7 @@ bool hal_can_read(struct sb_frame *frame)
 
 void hal_can_write(const struct sb_frame *frame)
 {
-    (void)frame;
+    can_out[can_out_count % FRAMES] = *frame;
     can_out_count++;
 }
 
@@ -108,6 +110,7 @@ void bench_new(uint8_t joints, uint32_t seed, uint32_t start_us, float angle_rad
     out_length = 0u;
     can_in_count = 0u;
     can_out_count = 0u;
+    can_out_taken = 0u;
     is_stored = false;
     saves = 0u;
     draws = 0u;
@@ -192,6 +195,19 @@ uint32_t bench_take(uint8_t *data)
     memcpy(data, out, length);
     out_length = 0u;
     return length;
+}
+
+/* The next frame that it has sent over CAN: its length, or -1 where there is none. */
+int32_t bench_take_can(uint16_t *id, uint8_t data[SB_MAX_PAYLOAD])
+{
+    if (can_out_taken == can_out_count) {
+        return -1;
+    }
+    const struct sb_frame *frame = &can_out[can_out_taken % FRAMES];
+    can_out_taken++;
+    *id = frame->id;
+    memcpy(data, frame->data, frame->length);
+    return frame->length;
 }
 
 uint32_t bench_can_sent(void)

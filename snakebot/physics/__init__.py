@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from snakebot.physics.chain import FREE, PRESCRIBED, TORQUE, Chain, Drive
     from snakebot.physics.gaits import GaitResults, Pid, gait_eps_m_s, gait_trajectory, simulate_gaits
     from snakebot.physics.model import ChainModel
-    from snakebot.physics.trajectory import Trajectory, replay
+    from snakebot.physics.trajectory import Trajectory, replay, replayed_pose
 
 _HOME = {
     "ChainModel": "model",
@@ -29,6 +29,7 @@ _HOME = {
     "simulate_gaits": "gaits",
     "Trajectory": "trajectory",
     "replay": "trajectory",
+    "replayed_pose": "trajectory",
 }
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "gait_eps_m_s",
     "gait_trajectory",
     "replay",
+    "replayed_pose",
     "simulate_gaits",
 ]
 

@@ -17,7 +17,7 @@ _HERE = Path(__file__).resolve().parent
 
 # Sources that are built into others, and whose compiled code they are built into.
 _BUILT_INTO = (
-    (("compiled", "lanes", "elementary", "kernel", "rosenbrock"), "*.nbi"),
+    (("compiled", "lanes", "elementary", "kernel", "rosenbrock", "imposed"), "*.nbi"),
     (("servo", "servo_chain", "servo_first_order", "servo_layout", "servo_grip", "servo_loop"), "servo*.nbi"),
 )
 
@@ -35,9 +35,9 @@ def drop_stale_caches() -> None:
 drop_stale_caches()
 
 # These let the compiler fuse and simplify; none of them lets results differ from run to run, and NaN stays NaN.
-_FAST = {"contract", "nsz", "arcp"}
+FAST = {"contract", "nsz", "arcp"}
 
-jit = njit(cache=True, nogil=True, fastmath=_FAST, error_model="numpy")
+jit = njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 
 
 class _Compiling(event.Listener):

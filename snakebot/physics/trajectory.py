@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
-from snakebot.physics import rosenbrock
-from snakebot.physics.compiled import jit
-from snakebot.physics.kernel import PRESCRIBED
+from snakebot.physics.imposed import impose
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
 
 MAX_STEP_S = 5e-3  # of the chain (tests/physics/test_physics_convergence.py)
@@ -91,6 +88,48 @@ def replay(
     Raises:
         BadInputError: shapes that do not fit, times that do not rise, or angles that are not numbers.
     """
+    t, angle, rate = _checked(model, t_s, joint_angle_rad, max_step_s)
+    start = (x_m, y_m, heading_rad)
+    base, torque, power = _imposed(model, t, angle, rate, start, max_step_s, forces=True)
+    return Trajectory(
+        t, angle, rate, torque, base[:, 0:2], base[:, 3:5], base[:, 2], power[:, 0], power[:, 1]
+    )  # fmt: skip
+
+
+def replayed_pose(
+    model: ChainModel,
+    t_s: npt.ArrayLike,
+    joint_angle_rad: npt.ArrayLike,
+    start: npt.ArrayLike = (0.0, 0.0, 0.0),
+) -> Floats:
+    """Centre of mass and mean link angle alone, (T, 3), from such a ``start``: as ``replay`` has them, and sooner."""
+    t, angle, rate = _checked(model, t_s, joint_angle_rad, MAX_STEP_S)
+    base, _, _ = _imposed(model, t, angle, rate, start, MAX_STEP_S, forces=False)
+    return np.ascontiguousarray(base[:, :3])
+
+
+def _imposed(
+    model: ChainModel,
+    t: Floats,
+    angle: Floats,
+    rate: Floats,
+    start: npt.ArrayLike,
+    max_step_s: float,
+    *,
+    forces: bool,
+) -> tuple[Floats, Floats, Floats]:
+    """(T, 6) pose and its rates, (T, joints) torques and (T, 2) powers, which stay zero without ``forces``."""
+    base, torque, power = np.zeros((t.size, 6)), np.zeros(angle.shape), np.zeros((t.size, 2))
+    base[0, :3] = start
+    slope = STANDARD_GRAVITY_M_S2 * math.sin(model.slope_rad)
+    impose(model.packed, slope, model.eps, t, angle, rate, max_step_s, base, forces, torque, power)
+    return base, torque, power
+
+
+def _checked(
+    model: ChainModel, t_s: npt.ArrayLike, joint_angle_rad: npt.ArrayLike, max_step_s: float
+) -> tuple[Floats, Floats, Floats]:
+    """Times, joint angles and their rates as the kernel takes them."""
     t = np.ascontiguousarray(t_s, dtype=np.float64)
     angle = np.ascontiguousarray(joint_angle_rad, dtype=np.float64)
     if t.ndim != 1 or t.size < 2 or angle.shape != (t.size, model.joints):
@@ -107,58 +146,4 @@ def replay(
         )
     if not max_step_s > 0:
         raise BadInputError(f"physics: the time step must be above zero, it is {max_step_s}")
-    rate = np.gradient(angle, t, axis=0, edge_order=2 if t.size > 2 else 1)
-    size, k = angle.shape
-    torque = np.zeros((size, k))
-    base = np.zeros((size, 6))
-    base[0, :3] = (x_m, y_m, heading_rad)
-    power = np.zeros((size, 2))
-    _replay(
-        model.packed, STANDARD_GRAVITY_M_S2 * math.sin(model.slope_rad), model.eps, t, angle, rate, max_step_s, base,
-        torque, power,
-    )  # fmt: skip
-    return Trajectory(
-        t, angle, rate, torque, base[:, 0:2], base[:, 3:5], base[:, 2], power[:, 0], power[:, 1]
-    )  # fmt: skip
-
-
-@jit
-def _hermite(u: float, h: float, a: Any, b: Any, da: Any, db: Any, phi: Any, dphi: Any, acc: Any) -> None:
-    for j in range(a.size):
-        step = b[j] - a[j]
-        c2 = 3 * step - h * (2 * da[j] + db[j])
-        c3 = -2 * step + h * (da[j] + db[j])
-        phi[j] = a[j] + u * (h * da[j] + u * (c2 + u * c3))
-        dphi[j] = (h * da[j] + u * (2 * c2 + 3 * u * c3)) / h
-        acc[j] = (2 * c2 + 6 * u * c3) / (h * h)
-
-
-@jit
-def _replay(
-    links: Any, slope: float, eps: float, t: Any, angle: Any, rate: Any, max_step: float, base: Any, torque: Any,
-    power: Any,
-) -> None:  # fmt: skip
-    n = links.shape[1]
-    work, stage = rosenbrock.workspace(n)
-    kind = np.full(n - 1, PRESCRIBED)
-    state = base[0].copy()
-    phi, dphi, acc = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
-    phi_end, dphi_end, acc_end = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
-    nothing, mean_torque, part_power = np.zeros(n - 1), np.zeros(n - 1), np.zeros(2)
-    for i in range(1, t.size):
-        span = t[i] - t[i - 1]
-        parts = math.ceil(span / max_step * (1 - 1e-9))
-        _hermite(0.0, span, angle[i - 1], angle[i], rate[i - 1], rate[i], phi, dphi, acc)
-        for part in range(parts):
-            u = (part + 1) / parts
-            _hermite(u, span, angle[i - 1], angle[i], rate[i - 1], rate[i], phi_end, dphi_end, acc_end)
-            rosenbrock.step(
-                links, slope, eps, span / parts, kind, state, phi, dphi, acc, phi_end, dphi_end, acc_end, nothing,
-                nothing, nothing, work, stage, mean_torque, part_power,
-            )  # fmt: skip
-            acc[:] = acc_end
-            power[i] += part_power / parts
-            torque[i] += mean_torque / parts
-        base[i] = state
-    power[0] = power[1]
-    torque[0] = torque[1]
+    return t, angle, np.gradient(angle, t, axis=0, edge_order=2 if t.size > 2 else 1)

@@ -38,10 +38,11 @@ def both(
     kd: float,
     free: Sequence[int] = (),
     rigid: dict[int, float] | None = None,
+    step_s: float = MUJOCO_STEP_S,
 ) -> tuple[Floats, Floats]:
     """Rows (com_x, com_y, psi, power_in, power_dissipated) of MuJoCo and of the kernel, at the same times."""
     period = 2 * math.pi / gait[2]
-    every = math.ceil(period / SAMPLES / MUJOCO_STEP_S)
+    every = math.ceil(period / SAMPLES / step_s)
     same_eps = model.with_eps(gait_eps_m_s(model, gait[0], gait[2]))
     peer = MujocoChain(
         same_eps, dt_s=period / SAMPLES / every, kp=kp, kd=kd, free=tuple(free), rigid=rigid or {}
@@ -83,6 +84,19 @@ def assert_same(model: ChainModel, gait: GaitParameters, other: Floats, ours: Fl
     gravity = weight * downhill * gait[2] / (2 * math.pi)
     unbalanced = abs(powers[0][1] - powers[0][0] - gravity)
     assert powers[1][1] == pytest.approx(powers[0][1], rel=0.01, abs=slack + unbalanced)
+
+
+def assert_converges(
+    model: ChainModel, gait: GaitParameters, free: Sequence[int], rigid: dict[int, float]
+) -> None:
+    """The same with loose servos; where MuJoCo's step is too long for that, with a fourth of it.
+
+    On a slope the joints may put in a hundredth of what the ground takes: a small difference of two large powers.
+    """
+    try:
+        assert_same(model, gait, *both(model, gait, 30.0, 0.3, free, rigid))
+    except AssertionError:
+        assert_same(model, gait, *both(model, gait, 30.0, 0.3, free, rigid, step_s=MUJOCO_STEP_S / 4))
 
 
 IN_BRIEF: tuple[
@@ -144,8 +158,7 @@ def cases(draw: st.DrawFn) -> Case:
 )
 @given(cases())
 def test_random_chains_move_as_in_mujoco(case: Case) -> None:
-    model, gait, free, rigid = case
-    assert_same(model, gait, *both(model, gait, 30.0, 0.3, free, rigid))
+    assert_converges(*case)
 
 
 @pytest.mark.slow
@@ -159,5 +172,4 @@ def test_random_chains_move_as_in_mujoco(case: Case) -> None:
 )
 @given(cases())
 def test_many_random_chains_move_as_in_mujoco(case: Case) -> None:
-    model, gait, free, rigid = case
-    assert_same(model, gait, *both(model, gait, 30.0, 0.3, free, rigid))
+    assert_converges(*case)

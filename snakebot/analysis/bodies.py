@@ -52,7 +52,7 @@ def model_path(run: Run, robot: Robot, angle_rad: Floats) -> BodyPath | None:
     ``None`` without a body, or where too many angles are lost.
     """
     from snakebot.errors import BadInputError
-    from snakebot.physics import replay
+    from snakebot.physics import replayed_pose
     from snakebot.physics.model import ChainModel
 
     filled = fill_gaps(run.t_s, angle_rad)
@@ -60,17 +60,10 @@ def model_path(run: Run, robot: Robot, angle_rad: Floats) -> BodyPath | None:
         return None
     start = _start(run)
     try:
-        moved = replay(
-            ChainModel.from_body(robot.body),
-            run.t_s,
-            filled,
-            x_m=start[0],
-            y_m=start[1],
-            heading_rad=start[2],
-        )
+        pose = replayed_pose(ChainModel.from_body(robot.body), run.t_s, filled, start)
     except BadInputError:
         return None
-    return BodyPath(moved.t_s, moved.com_m[:, 0], moved.com_m[:, 1], moved.heading_rad, filled)
+    return BodyPath(run.t_s, pose[:, 0], pose[:, 1], pose[:, 2], filled)
 
 
 def _start(run: Run) -> tuple[float, float, float]:

@@ -69,6 +69,9 @@ def experiments(
     Raises:
         BadInputError: the budget is too small, the robot's limits allow no gait, or fewer than two runs were made.
     """
+    from snakebot.robot import robot_option
+
+    which = robot_option(robot)
     start = starting_set(robot, budget)
     done = 0
     for experiment in start:
@@ -91,12 +94,12 @@ def experiments(
         elif proposal.command in tried:
             say(f"{so_far}. The same motion is proposed again: it has told what it can.")
         elif done >= budget:
-            say(f"{so_far}. The budget of {budget} runs is used up; next would be: {proposal.command}")
+            say(f"{so_far}. The budget of {budget} runs is used up; next would be: {proposal.command}{which}")
         else:
             say(f"{so_far}. {proposal.reason[:1].upper()}{proposal.reason[1:]}.")
             tried.add(proposal.command)
             if proposal.lifted and not can_lift:
-                say(f"The robot would have to be lifted off the ground first: {proposal.command}")
+                say(f"The robot would have to be lifted off the ground first: {proposal.command}{which}")
             elif run(proposed(proposal)):
                 done += 1
                 found = diagnose()

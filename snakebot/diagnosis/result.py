@@ -293,6 +293,9 @@ class Details(_Part):
     timing_s: dict[str, float] = {}
     fits: tuple[FitEntry, ...] = ()
     slow_log: bool = False  # set-points between rows are guessed, and no cause is sure
+    robot_option: str = (
+        ""  # what commands need to be of this robot; empty for the one that they take by themselves
+    )
 
 
 class Diagnosis(_Part):
@@ -339,7 +342,7 @@ class Diagnosis(_Part):
             for entry in data["ranking"]:
                 del entry["parameters"], entry["rms_after"], entry["worse_in"]
             if data.get("details"):
-                del data["details"]["slow_log"]
+                del data["details"]["slow_log"], data["details"]["robot_option"]
                 for trace in data["details"]["traces"]:
                     del trace["cause"]
             for cause in data["causes"]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -10,9 +11,10 @@ import yaml
 from click.testing import CliRunner, Result
 from sessions import bench, make_session
 
+from snakebot.cli import diagnose_live
 from snakebot.cli.diagnose import command
 from snakebot.effects import robot_effects
-from snakebot.errors import BadInputError
+from snakebot.errors import BadInputError, SnakebotError
 from snakebot.robot import load_robot
 from snakebot.runlog import write_session
 
@@ -35,10 +37,8 @@ def test_verdict_report_and_calibrated_robot(folder: Path, tmp_path: Path) -> No
     result = call(folder, "--json", verdict, "--report", page, "--apply", robot, "--quick", *only)
     assert result.exit_code == 0, result.output
     assert "oint 1 cannot turn faster than 1.30 rad/s" in result.output
-    assert (
-        "--effect rate_limit:limit_rad_s=1.3" in result.output
-        or "--effect rate_limit:limit_rad_s=1.29" in result.output
-    )
+    advised = r"snakebot run .* --effect rate_limit:limit_rad_s=1\.(3|29\d*) --robot ROBOT.yaml\n"
+    assert re.search(advised, result.output)
     data = json.loads(verdict.read_text())
     assert data["verdict"] == "explained"
     text = page.read_text()
@@ -132,7 +132,19 @@ def test_live_runs_a_starting_set_on_the_simulated_board_and_finds_the_effect(tm
     assert len(list((tmp_path / "logs").glob("*.mcap"))) == 5
 
 
-def test_live_asks_before_anything_moves(tmp_path: Path) -> None:
+def test_live_with_nobody_to_ask_or_no_such_port_makes_nothing(tmp_path: Path) -> None:
+    for words, said in (
+        (["--fast"], "there is nobody to ask"),
+        (["--port", "serial:/dev/no_such_port", "--yes"], "/dev/no_such_port"),
+    ):
+        result = call("--live", tmp_path / "logs", *words)
+        assert isinstance(result.exception, SnakebotError)
+        assert said in str(result.exception)
+        assert not (tmp_path / "logs").exists()
+
+
+def test_live_asks_before_anything_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(diagnose_live, "confirmable", lambda options: None)  # the runner is no terminal
     result = CliRunner().invoke(command, ["--live", str(tmp_path / "logs"), "--fast"], input="n\n")
     assert isinstance(result.exception, BadInputError)
     assert "fewer than two runs" in str(result.exception)

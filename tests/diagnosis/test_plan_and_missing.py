@@ -168,7 +168,7 @@ def test_many_short_runs_are_one_line_with_a_command_that_can_be_pasted(
     assert out.count("10 to 20 s tell more") == 1
     assert "r0.csv and 8 more: 2.98 to 3.14 s" in out
     assert "--robot our_bench" not in out  # no command knows it by this name
-    assert "--robot ROBOT.yaml" in out
+    assert "--robot ROBOT.yaml --port PORT" in out  # a run of the simulation would be none of this robot
 
 
 def test_runs_of_a_robot_in_another_state_or_broken_off_are_told() -> None:

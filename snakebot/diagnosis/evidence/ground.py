@@ -110,7 +110,7 @@ def measured_ground(data: Data, like: Set[tuple[int, int]]) -> GroundFeatures | 
             assert run.forward_speed_m_s is not None
             features: tuple[float, ...] = (run.forward_speed_m_s,)
         else:
-            features = window_features(run.t_s, poses[window.run], window)
+            features = tuple(window_features(run.t_s, poses[window.run], [window])[0])
         for kind, feature in enumerate(features):
             if np.isfinite(feature):
                 values.append(feature)
@@ -199,11 +199,8 @@ def _noise_square(t_s: Floats, pose: Floats, smooth: Floats, windows: Sequence[W
     left = [_smoothed_pose(t_s, noise) for noise in white]
     taken = np.mean([_square(noise - rest) for noise, rest in zip(white, left, strict=True)], axis=0)
     scale = np.sqrt(np.divide(_square(pose - smooth), taken, out=np.zeros(3), where=taken > 0))
-    base = np.array([window_features(t_s, smooth, window) for window in windows])
-    shaken = [
-        np.array([window_features(t_s, smooth + scale * rest, window) for window in windows]) - base
-        for rest in left
-    ]
+    base = window_features(t_s, smooth, windows)
+    shaken = [window_features(t_s, smooth + scale * rest, windows) - base for rest in left]
     return _square(np.concatenate(shaken))
 
 
@@ -213,25 +210,43 @@ def _square(table: Floats) -> Floats:
     return np.asarray(np.square(np.where(known, table, 0.0)).sum(axis=0) / np.maximum(known.sum(axis=0), 1))
 
 
-def window_features(t_s: Floats, pose: Floats, window: Window) -> tuple[float, float, float]:
-    """Forward, lateral velocity (m/s) along the mean heading and turn rate (rad/s) over a window; of a course, its
-    speed alone.
+def window_features(t_s: Floats, pose: Floats, windows: Sequence[Window]) -> Floats:
+    """(W, 3) forward, lateral velocity (m/s) along the mean heading and turn rate (rad/s) over windows of one kind.
+
+    Of a course there is the speed alone.
     """
-    known = np.isfinite(pose[:, :2] if window.course else pose).all(axis=1)
-    t = t_s[known]
-    if t.size < 2 or t[0] > window.start_s + EDGE_S or t[-1] < window.end_s - EDGE_S:
-        return np.nan, np.nan, np.nan
-    ends = np.array([window.start_s, window.end_s])
-    span = window.end_s - window.start_s
-    dx, dy = (float(np.diff(np.interp(ends, t, pose[known, axis]))[0]) / span for axis in (0, 1))
-    if window.course:
-        return float(np.hypot(dx, dy)), np.nan, np.nan
-    heading = pose[known, 2]
-    inside = (t >= window.start_s) & (t <= window.end_s)
-    mean = float(heading[inside].mean()) if inside.any() else float(np.interp(ends.mean(), t, heading))
-    c, s = np.cos(mean), np.sin(mean)
-    turn = float(np.diff(np.interp(ends, t, heading))[0]) / span
-    return c * dx + s * dy, c * dy - s * dx, turn
+    course = windows[0].course
+    known = np.isfinite(pose[:, :2] if course else pose).all(axis=1)
+    t, path = t_s[known], pose[known]
+    start, end = (np.array([getattr(window, name) for window in windows]) for name in ("start_s", "end_s"))
+    out = np.full((len(windows), 3), np.nan)
+    if t.size < 2:
+        return out
+    span = end - start
+    x, y, turn = (_gained(t, column, start, end) / span for column in path.T)
+    if course:
+        out[:, 0] = np.hypot(x, y)
+    else:
+        mean = _mean(t, path[:, 2], start, end)
+        c, s = np.cos(mean), np.sin(mean)
+        out[:] = np.column_stack([c * x + s * y, c * y - s * x, turn])
+    out[(t[0] > start + EDGE_S) | (t[-1] < end - EDGE_S)] = np.nan
+    return out
+
+
+def _gained(t_s: Floats, value: Floats, start_s: Floats, end_s: Floats) -> Floats:
+    """(W,) by how much a value has grown from the beginning to the end of each stretch."""
+    gained: Floats = np.interp(end_s, t_s, value) - np.interp(start_s, t_s, value)
+    return gained
+
+
+def _mean(t_s: Floats, value: Floats, start_s: Floats, end_s: Floats) -> Floats:
+    """(W,) mean of the samples in each stretch; of one without samples, the value in its middle."""
+    first, last = np.searchsorted(t_s, start_s), np.searchsorted(t_s, end_s, side="right")
+    total = np.concatenate([[0.0], np.cumsum(value)])
+    count = last - first
+    middle = np.interp((start_s + end_s) / 2, t_s, value)
+    return np.where(count > 0, (total[last] - total[first]) / np.maximum(count, 1), middle)
 
 
 def predicted(
@@ -247,38 +262,21 @@ def predicted(
     Args:
         t_s: times of the angles, a run; those of the samples if None.
     """
-    from snakebot.physics import replay
+    from snakebot.physics import replayed_pose
 
-    out = np.full(ground.count, np.nan)
-    wanted = set(range(len(data.runs)) if runs is None else runs)
-    paths: dict[int, tuple[Floats, Floats]] = {}
-    for index in sorted({w.run for w in ground.windows} & wanted):
+    made = np.full((len(ground.windows), 3), np.nan)
+    of_run = np.array([window.run for window in ground.windows])
+    for index in sorted(set(of_run.tolist()) & set(range(len(data.runs)) if runs is None else runs)):
         run = data.runs[index]
-        pose = run.pose
-        start = start_pose(run.t_s, pose) if pose is not None else np.zeros(3)
+        start = np.zeros(3) if run.pose is None else start_pose(run.t_s, run.pose)
         times = run.t_s if t_s is None else t_s[index]
-        path = replay(
-            model,
-            times,
-            angle_rad[index],
-            x_m=start[0],
-            y_m=start[1],
-            heading_rad=start[2],
-        )
-        made_pose = np.column_stack([path.com_m, path.heading_rad])
-        if pose is not None:
-            made_pose = smoothed(times, made_pose, POSE_SMOOTH_S)
-        paths[index] = (times, made_pose)
-    made: dict[int, tuple[float, float, float]] = {}
-    for i in range(ground.count):
-        number = int(ground.window[i])
-        window = ground.windows[number]
-        if window.run not in paths:
-            continue
-        if number not in made:
-            made[number] = window_features(*paths[window.run], window)
-        out[i] = made[number][ground.kind[i]]
-    return out
+        pose = replayed_pose(model, times, angle_rad[index], start)
+        if run.pose is not None:
+            pose = smoothed(times, pose, POSE_SMOOTH_S)
+        mine = np.flatnonzero(of_run == index)
+        made[mine] = window_features(times, pose, [ground.windows[number] for number in mine])
+    features: Floats = made[ground.window, ground.kind]
+    return features
 
 
 def doubt(

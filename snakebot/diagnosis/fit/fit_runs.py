@@ -15,6 +15,8 @@ import numpy as np
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
+from snakebot.diagnosis.evidence.predictor import Predictor
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.evidence.tolerance import ShiftLimits, StackedTimes, shifts_s
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, bounds
@@ -30,7 +32,8 @@ Specs = Callable[[Floats], tuple[EffectSpec, ...]]
 
 
 def ground_residuals(
-    evidence: Evidence,
+    ground: GroundEvidence | None,
+    predictor: Predictor,
     specs: Sequence[EffectSpec],
     fitted: Sequence[int],
     runs: Sequence[int] | None = None,
@@ -38,11 +41,11 @@ def ground_residuals(
     """(G,) residuals of the motion over ground under some effects, with the tolerances that suit the ``fitted`` runs;
     nan for runs not asked for; empty where nothing was measured.
     """
-    if evidence.ground is None:
+    if ground is None:
         return np.zeros(0)
-    predicted = evidence.predictor.ground_features(specs, runs)
+    predicted = predictor.ground_features(specs, runs)
     set_by_effect = any("friction" in s.effect.covers for s in specs)
-    return evidence.ground.residuals(predicted, fitted, friction_is_set=set_by_effect)
+    return ground.residuals(predicted, fitted, friction_is_set=set_by_effect)
 
 
 def specs_from(hypothesis: Hypothesis, base: Floats, mine: Bools) -> Specs:
@@ -104,9 +107,19 @@ def fit_runs(
             continue
         specs, box = specs_from(hypothesis, best, mine), (lower[mine], upper[mine], log[mine])
         if side:
-            problem = ground_problem(evidence, specs, runs, *box)
+            problem = ground_problem(evidence.ground, evidence.predictor, specs, runs, *box)
         else:
-            problem = angle_problem(evidence, hypothesis, specs, runs, *box, rough=rough, mine=mine, at=best)
+            problem = angle_problem(
+                evidence.angles,
+                evidence.predictor.simulator,
+                hypothesis,
+                specs,
+                runs,
+                *box,
+                rough=rough,
+                mine=mine,
+                at=best,
+            )
             if loads_of is not None:
                 problem = _under_loads_of(
                     evidence.predictor.simulator, hypothesis, problem, best, loads_of[mine]
@@ -141,7 +154,8 @@ def _under_loads_of(
 
 
 def angle_problem(
-    evidence: Evidence,
+    angles: AngleEvidence,
+    simulator: Simulator,
     hypothesis: Hypothesis,
     specs: Specs,
     runs: Sequence[int],
@@ -158,7 +172,6 @@ def angle_problem(
 
     ``mine``: (p,) which parameters of the hypothesis these are; ``at``: (p,) where they begin.
     """
-    angles, simulator = evidence.angles, evidence.predictor.simulator
     joints = [j - 1 for j in hypothesis.joints(angles.data.joints)]
     meet = simulator.joints_meet(hypothesis.specs(at), rough=rough)
     if not meet:
@@ -194,7 +207,7 @@ def angle_problem(
         )
 
     touches = hypothesis.touches(angles.data.joints)[mine][:, joints]
-    bears = _bears_loads(evidence.predictor.simulator, hypothesis, at)[mine]
+    bears = _bears_loads(simulator, hypothesis, at)[mine]
     cheap = meet and not rough and bears.sum() > (0 if bears.all() else FEW_SLOPES)
     problem = Problem(
         lambda theta: of_some(theta, stacked),
@@ -330,10 +343,15 @@ class StackedAngles:
 
 
 def ground_problem(
-    evidence: Evidence, specs: Specs, runs: Sequence[int], lower: Floats, upper: Floats, log: Bools
+    ground: GroundEvidence | None,
+    predictor: Predictor,
+    specs: Specs,
+    runs: Sequence[int],
+    lower: Floats,
+    upper: Floats,
+    log: Bools,
 ) -> Problem | None:
     """``specs`` of the open parameters, with these bounds, against the motion over ground; None where none is known."""
-    ground = evidence.ground
     if ground is None:
         return None
     rows = np.isin(ground.features.run, list(runs))
@@ -342,7 +360,7 @@ def ground_problem(
     block = np.where(rows, np.arange(ground.features.count), -1)[:, None]
 
     def residual(theta: Floats) -> Floats:
-        left = ground_residuals(evidence, specs(theta[0]), runs, runs)
+        left = ground_residuals(ground, predictor, specs(theta[0]), runs, runs)
         return np.where(rows, np.nan_to_num(left), 0.0)[:, None]
 
     return Problem(residual, np.zeros(1, dtype=np.int64), block, ground.allowed_square, lower, upper, log)

@@ -78,7 +78,15 @@ def _near(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Fit
     box = (lower[mine], upper[mine], log[mine])
     whole = specs_from(hypothesis, theta, mine)
     problem = angle_problem(
-        evidence, hypothesis, whole, evidence.split.free, *box, rough=False, mine=mine, at=theta
+        evidence.angles,
+        evidence.predictor.simulator,
+        hypothesis,
+        whole,
+        evidence.split.free,
+        *box,
+        rough=False,
+        mine=mine,
+        at=theta,
     )
     if problem is None:
         return found

@@ -166,7 +166,9 @@ def _scored(
         return evidence.predictor.readings(hypothesis.specs(at), runs, rough)
 
     def ground_square(at: Floats) -> Floats:
-        return np.square(ground_residuals(evidence, hypothesis.specs(at), evidence.split.free))
+        return np.square(
+            ground_residuals(evidence.ground, evidence.predictor, hypothesis.specs(at), evidence.split.free)
+        )
 
     every = range(len(evidence.data.runs))
     readings = predicted(theta, every)

@@ -94,15 +94,15 @@ class SimulatedMotion:
 
     def _ground(self, stages: Stages, angle: Floats) -> Floats | None:
         from snakebot.diagnosis.evidence.ground import Window, window_features
-        from snakebot.physics import replay
+        from snakebot.physics import replayed_pose
 
         if stages.model is None:
             return None
-        path = replay(stages.model, self.t_s, angle)
-        pose = np.column_stack([path.com_m, path.heading_rad])
+        pose = replayed_pose(stages.model, self.t_s, angle)
         end_s = self.option.duration_s - RAMP_S
         window = Window(0, end_s / 3, end_s, False)
-        return np.array(window_features(self.t_s, pose, window))
+        features: Floats = window_features(self.t_s, pose, [window])[0]
+        return features
 
     def at_fit(self, trial: Trial) -> Shown:
         return Shown(*self.shown(trial.specs))

@@ -178,7 +178,7 @@ def _of_kind(
     terms, starts = _one_each(library.observed, effect, fixed)
     simulator, first = evidence.predictor.simulator, terms[0].specs(starts[0][0])
     if simulator.rough_needs_body(first):
-        return _coupled(evidence, library, base, effect, fixed, taken)
+        return _coupled(evidence.scoring, evidence.data.joints, library, base, effect, fixed, taken)
     runs, fit = each_joint(evidence, base, terms, starts)
     gains = [_joint_gain(evidence.angles, base, runs, fit.residual, j) for j in range(joints)]
     clear_se = HELPS_SE_ROUGH if simulator.needs_body(first) else HELPS_SE
@@ -208,23 +208,29 @@ def _named(subset: Sequence[int], count: int) -> tuple[int, ...] | None:
 
 
 def _coupled(
-    evidence: Evidence, library: Library, base: Trial, effect: Effect, fixed: Fixed, taken: Set[int]
+    scoring: Scoring,
+    joints_of_robot: int,
+    library: Library,
+    base: Trial,
+    effect: Effect,
+    fixed: Fixed,
+    taken: Set[int],
 ) -> list[Candidate]:
     """An effect that couples all joints, so that they cannot be tried at once: on those with a gap, together
     and alone.
     """
-    gap = gap_of(evidence.scoring, base.held_square)
+    gap = gap_of(scoring, base.held_square)
     joints = [int(j) for j in np.flatnonzero(gap.significant) if j + 1 not in taken]
     if not joints:
         return []
     subsets = [tuple(joints)]
-    if evidence.data.joints > len(joints) >= max(2, evidence.data.joints // 2):
-        subsets.append(tuple(range(evidence.data.joints)))
+    if joints_of_robot > len(joints) >= max(2, joints_of_robot // 2):
+        subsets.append(tuple(range(joints_of_robot)))
     alone = joints if len(joints) <= MOST_ALONE else [j for j in joints if gap.joint_shares[j] > LARGE_SHARE]
     subsets += [(j,) for j in alone] if len(joints) > 1 else []
     out = []
     for subset in subsets:
-        term = Term(effect.name, _named(subset, evidence.data.joints), fixed)
+        term = Term(effect.name, _named(subset, joints_of_robot), fixed)
         begin = [start_values(term, s) for s in effect.starts(library.observed, subset)]
         out.append(added(base, term, begin if term.open else [np.zeros(0)]))
     return out

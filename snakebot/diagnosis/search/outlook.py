@@ -13,6 +13,8 @@ from functools import partial
 import numpy as np
 
 from snakebot.arrays import Floats
+from snakebot.diagnosis.evidence.angles import AngleEvidence
+from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import CHANGED
@@ -71,7 +73,7 @@ def promised_on_a_joint(
 
 def _unchanged(evidence: Evidence, base: Trial, runs: Sequence[int]) -> Floats:
     """(B,) mean squares of ``base``, the nominal lags off by what suits it in these runs."""
-    stacked = _stacked(evidence, runs, base.hypothesis)
+    stacked = _stacked(evidence.angles, runs, base.hypothesis)
     return _squares(evidence, base, runs, stacked, [base.readings[i] for i in runs])
 
 
@@ -85,26 +87,26 @@ def _scaled(
     """(B,) mean squares with each share of the change in some runs that each of the ``sets`` of effects makes to
     ``base``; they are those of a ``hypothesis``.
     """
-    stacked = _stacked(evidence, runs, hypothesis)
+    stacked = _stacked(evidence.angles, runs, hypothesis)
     for specs in sets:
         made = evidence.predictor.readings(specs, runs, rough=True)
         change = [new - base.readings[i] for i, new in zip(runs, made, strict=True)]
-        for share in (*SHARES, _least_squares(evidence, base, runs, change)):
+        for share in (*SHARES, _least_squares(evidence.data, base, runs, change)):
             mixed = [base.readings[i] + share * part for i, part in zip(runs, change, strict=True)]
             yield _squares(evidence, base, runs, stacked, mixed)
 
 
-def _stacked(evidence: Evidence, runs: Sequence[int], hypothesis: Hypothesis) -> StackedAngles:
+def _stacked(angles: AngleEvidence, runs: Sequence[int], hypothesis: Hypothesis) -> StackedAngles:
     """All joints in some runs, to be as late beside a hypothesis as suits what it predicts."""
-    limits = shift_limits(evidence.angles, hypothesis)
-    return StackedAngles.of(evidence.angles, range(evidence.data.joints), runs, limits)
+    limits = shift_limits(angles, hypothesis)
+    return StackedAngles.of(angles, range(angles.data.joints), runs, limits)
 
 
-def _least_squares(evidence: Evidence, base: Trial, runs: Sequence[int], change: Sequence[Floats]) -> float:
+def _least_squares(data: Data, base: Trial, runs: Sequence[int], change: Sequence[Floats]) -> float:
     """The share of a ``change`` of the readings in some runs that leaves the least of what ``base`` leaves there."""
     gained = power = 0.0
     for index, part in zip(runs, change, strict=True):
-        run = evidence.data.runs[index]
+        run = data.runs[index]
         used = run.use & np.isfinite(part)
         gained += float((part[used] * (run.measured_rad - base.readings[index])[used]).sum())
         power += float(np.square(part[used]).sum())

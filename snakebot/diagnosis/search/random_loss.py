@@ -14,12 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Floats
+from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.blocks import CLEAR_SE, mean_difference
 from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, Data, link_is_clean
 from snakebot.diagnosis.evidence.floor import Floor
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import CHANGED
+from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.fit.uncertainty import interval, standard_errors
@@ -71,7 +72,7 @@ def with_random_loss(
     base = run_trial(evidence, *_kept(found.best, stays)) if stays else found.nominal
     error = standard_errors(evidence, loss, tolerances=not quick)[-1]
     ends = interval(loss.hypothesis.parameters[-1], float(loss.theta[-1]), float(error))
-    if ends is None or ends[0] <= 0 or not predicts_better(evidence, loss, base):
+    if ends is None or ends[0] <= 0 or not predicts_better(evidence.angles, evidence.scoring, loss, base):
         return found
     rivals = tuple(t for t in found.singles if t.hypothesis.names != (effect.name,))
     return replace(
@@ -124,16 +125,16 @@ def unsteady(floor: Floor) -> bool:
     return floor.known and bool(np.nanmax(floor.repeat_rad / floor.white_rad) > UNSTEADY)
 
 
-def predicts_better(evidence: Evidence, loss: Trial, base: Trial) -> bool:
+def predicts_better(angles: AngleEvidence, scoring: Scoring, loss: Trial, base: Trial) -> bool:
     """Whether lost set-points predict held-out angles clearly better than ``base``, without them, does.
 
     Neither is helped by a shift in time here: what comes at random is no wire that is a little slower. And a gap need
     not be above the floor, which repeats that differ by chance have raised. How much they gain does not count:
     most of what they do is scatter.
     """
-    angles, blocks = evidence.angles, evidence.angles.blocks
+    blocks = angles.blocks
     with_loss, without = (angles.mean_square(t.readings) for t in (loss, base))
-    allowed, free = angles.allowed_square, evidence.scoring.decides[: blocks.count]
+    allowed, free = angles.allowed_square, scoring.decides[: blocks.count]
     rows = free & (np.abs(with_loss - without) > CHANGED * allowed)
     if not rows.any():
         return False

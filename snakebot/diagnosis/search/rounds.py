@@ -8,9 +8,11 @@ from itertools import chain
 
 import numpy as np
 
+from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import CHANGED, Scoring
+from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
@@ -63,7 +65,7 @@ def explore(
 def _widened(evidence: Evidence, fits: Sequence[Trial], first: Trial) -> list[Trial]:
     """What a rough fit took for the winner in more words, held out after all: a better fit may tell them apart."""
     winner = next(t for t in fits if t.hypothesis == first.hypothesis)
-    wider = [t for t in fits if _says_no_more(evidence, t, winner)]
+    wider = [t for t in fits if _says_no_more(evidence.angles, evidence.predictor.simulator, t, winner)]
     return _cross_validated(evidence, wider)
 
 
@@ -89,7 +91,8 @@ def held_out(evidence: Evidence, fits: Sequence[Trial], base: Trial | None = Non
     to say what a simpler one says, of these or ``base``.
     """
     simpler = fits if base is None else [base, *fits]
-    further = [t for t in fits if not any(_says_no_more(evidence, t, other) for other in simpler)]
+    angles, simulator = evidence.angles, evidence.predictor.simulator
+    further = [t for t in fits if not any(_says_no_more(angles, simulator, t, other) for other in simpler)]
     return _cross_validated(evidence, further)
 
 
@@ -98,14 +101,14 @@ def _cross_validated(evidence: Evidence, fits: Sequence[Trial]) -> list[Trial]:
     return in_parallel(lambda t: run_trial(evidence, t.hypothesis, [t.theta]), fits)
 
 
-def _says_no_more(evidence: Evidence, fit: Trial, other: Trial) -> bool:
+def _says_no_more(angles: AngleEvidence, simulator: Simulator, fit: Trial, other: Trial) -> bool:
     """Whether a fit that must simulate the whole body predicts what one of fewer parameters predicts as well."""
-    if fit.theta.size <= other.theta.size or not evidence.predictor.simulator.needs_body(fit.specs):
+    if fit.theta.size <= other.theta.size or not simulator.needs_body(fit.specs):
         return False
     apart = [mine - its for mine, its in zip(fit.readings, other.readings, strict=True)]
-    square = evidence.angles.blocks.mean_square([np.nan_to_num(part) for part in apart])
-    share = square / evidence.angles.allowed_square
-    joint = evidence.angles.blocks.joint
+    square = angles.blocks.mean_square([np.nan_to_num(part) for part in apart])
+    share = square / angles.allowed_square
+    joint = angles.blocks.joint
     return all(float(share[joint == j].mean()) < CHANGED for j in np.unique(joint))
 
 

@@ -25,7 +25,7 @@ from snakebot.diagnosis.search.candidates import elsewhere
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rivals import rivals
 from snakebot.diagnosis.search.rounds import MANY_TERMS, NO_LOSS, explore, first_looks, held_out, ranked
-from snakebot.diagnosis.search.wear import with_wear
+from snakebot.diagnosis.search.wear import is_worn, with_wear
 from snakebot.effects.registry import find_effect
 from snakebot.in_words import listed
 
@@ -83,13 +83,21 @@ def search(
     limit, most_terms = 2 if quick else MOST_EFFECTS, MOST_TERMS
     worn: Trial | None = None
     wear_is_open = True
+
+    def has_room(trial: Trial) -> bool:
+        return len(trial.hypothesis.names) < limit and len(trial.hypothesis.terms) < most_terms
+
     while True:
-        room = len(best.hypothesis.names) < limit and len(best.hypothesis.terms) < most_terms
-        winner = _winner(evidence.scoring, round_, best, nominal) if room else None
+        winner = _winner(evidence.scoring, round_, best, nominal) if has_room(best) else None
         if wear_is_open and _may_be_worn(evidence.scoring, winner, best, nominal):
-            progress("everyday effects on every joint", 0.4)
             wear_is_open = False
-            evidence, worn = with_wear(evidence, library, nominal, winner or best, fits)
+            so_far = winner or best
+            if winner is not None and has_room(winner) and not is_worn(library, winner.hypothesis):
+                # a fault on most joints may have another beside it, which everyday effects of every joint would hide
+                further, _ = _explored(evidence, library, winner, nominal, progress)
+                so_far = _winner(evidence.scoring, further, winner, nominal) or winner
+            progress("everyday effects on every joint", 0.4)
+            evidence, worn = with_wear(evidence, library, nominal, so_far, fits)
             if worn is not None:
                 best = worn
                 path.append(best)
@@ -110,7 +118,7 @@ def search(
             best = _elsewhere(evidence, library, best)
             path[-1] = best
         progress(f"so far: {_in_short(best.hypothesis)}", 0.4)
-        if len(best.hypothesis.names) < limit and len(best.hypothesis.terms) < most_terms:
+        if has_room(best):
             round_, tried[best.hypothesis] = _explored(evidence, library, best, nominal, progress)
         else:
             round_ = []

@@ -63,11 +63,10 @@ class Wear:
 
         Everyday effects that ``base`` names itself are taken over by these.
         """
-        everyday = {term.effect for term in self.terms}
         parts = [
             (term, values)
             for term, values in zip(base.terms, base.split(theta), strict=True)
-            if term.effect not in everyday
+            if not _is_one_of(self.terms, term)
         ]
         at = 0
         for k, term in enumerate(self.terms):
@@ -99,7 +98,7 @@ def with_wear(
     alone = _accepted(evidence, nominal, first, whole.reduced().added_to(nominal.hypothesis, nominal.theta))
     best = alone or first
     beside = []
-    for fault in _faults(evidence.scoring, nominal, first, fits):
+    for fault in _faults(evidence.scoring, library, nominal, first, fits):
         with_fault = worn(evidence, library, fault)
         if with_fault is not None and with_fault.leaves_less_than(whole):
             candidate = with_fault.reduced().added_to(fault.hypothesis, fault.theta)
@@ -108,27 +107,52 @@ def with_wear(
     return evidence, max(found, key=lambda t: t.score(evidence.scoring), default=alone)
 
 
-def _faults(scoring: Scoring, nominal: Trial, first: Trial, fits: Sequence[Trial]) -> list[Trial]:
+def _faults(
+    scoring: Scoring, library: Library, nominal: Trial, first: Trial, fits: Sequence[Trial]
+) -> list[Trial]:
     """What everyday effects are tried beside: ``first``, unless it is one of them, and what takes most of the gap away.
 
     The score hardly changes with a fault of a few moments before the everyday effects are in the prediction.
     """
+    everyday = _everyday_terms(library)
     gap_square = excess(scoring, nominal, scoring.of_angles)
     left = {
         trial: excess(scoring, replace(trial, held_square=trial.fitted_square), scoring.of_angles)
         for trial in fits
-        if not find_effect(trial.hypothesis.terms[0].effect).everyday
+        if _all_but(everyday, trial.hypothesis)
     }
-    found = [] if _is_everyday(first) else [first]
+    fault = _all_but(everyday, first.hypothesis)
+    found = [first] if fault else []
     largest = min(left, key=left.__getitem__, default=None)
     if largest is None or left[largest] >= (1 - LEAST_FALL) * gap_square:
         return found
-    return found if any(largest.hypothesis == trial.hypothesis for trial in found) else [*found, largest]
+    return found if largest.hypothesis.terms == fault else [*found, largest]
 
 
-def _is_everyday(trial: Trial) -> bool:
-    """Whether a trial says nothing but everyday effects, or nothing at all."""
-    return all(find_effect(term.effect).everyday for term in trial.hypothesis.terms)
+def is_worn(library: Library, hypothesis: Hypothesis) -> bool:
+    """Whether an explanation says nothing but everyday effects, or nothing at all."""
+    return not _all_but(_everyday_terms(library), hypothesis)
+
+
+def _everyday_terms(library: Library) -> tuple[Term, ...]:
+    """The effects that every real joint has a little of, as the library holds them, of no joint in particular."""
+    return tuple(
+        Term(effect.name, None, kinds(library, effect)[0])
+        for effect in library.effects
+        if effect.everyday and kinds(library, effect)
+    )
+
+
+def _all_but(everyday: Sequence[Term], hypothesis: Hypothesis) -> tuple[Term, ...]:
+    """The terms of an explanation that are none of the everyday effects."""
+    return tuple(term for term in hypothesis.terms if not _is_one_of(everyday, term))
+
+
+def _is_one_of(everyday: Sequence[Term], term: Term) -> bool:
+    """Whether an explanation's term is an everyday effect, of whatever joints. Play that the load takes up is not: it
+    is another play than the one that every joint has a little of, and it needs the whole body.
+    """
+    return any(term.effect == other.effect and term.fixed == other.fixed for other in everyday)
 
 
 def _accepted(evidence: Evidence, nominal: Trial, base: Trial, candidate: Candidate | None) -> Trial | None:
@@ -144,17 +168,15 @@ def worn(evidence: Evidence, library: Library, base: Trial) -> Whole | None:
     """All everyday effects on every joint where ``base`` leaves a gap; None where there is nothing to try."""
     gap = gap_of(evidence.scoring, base.held_square).significant
     joints = tuple(int(j) + 1 for j in np.flatnonzero(gap))
-    terms = tuple(
-        Term(effect.name, None, kinds(library, effect)[0])
-        for effect in library.effects
-        if effect.everyday and kinds(library, effect)
-    )
+    everyday = _everyday_terms(library)
+    taken = {term.effect for term in _all_but(everyday, base.hypothesis)}
+    terms = tuple(term for term in everyday if term.effect not in taken)
     if not joints or not terms:
         return None
     rest = [
         spec
         for term, values in zip(base.hypothesis.terms, base.hypothesis.split(base.theta), strict=True)
-        if term.effect not in {t.effect for t in terms}
+        if not _is_one_of(terms, term)
         for spec in term.specs(values.tolist())
     ]
     return _whole(_Bench(evidence, terms, joints, rest), library)

@@ -150,6 +150,11 @@ def _unexplained(found: Diagnosis, count: int) -> str:
     return text
 
 
+def of_this_robot(command: str, found: Diagnosis) -> str:
+    """A command of `snakebot run`, for the session's robot."""
+    return command + (found.details.robot_option if found.details is not None else "")
+
+
 def advice(found: Diagnosis) -> list[Advice]:
     """What to look at on the robot, which one run to make, what puts it into the simulation."""
     out: list[Advice] = []
@@ -178,7 +183,9 @@ def advice(found: Diagnosis) -> list[Advice]:
         lifted = " with the robot lifted off the ground" if run.lifted else ""
         told = listed([" from ".join(effect_title(n) for n in pair) for pair in run.separates])
         settles = f" It tells {told}." if run.separates else ""
-        out.append(Advice(RUN, f"One more{lifted}: {run.motion}.{settles}", run.command))
+        out.append(
+            Advice(RUN, f"One more{lifted}: {run.motion}.{settles}", of_this_robot(run.command, found))
+        )
     elif found.verdict != "unexplained" and certainty.word(found) in ("a tie", "a guess"):
         hints = [w.partition("; ")[2] for w in found.warnings if w.startswith("no motion separates")]
         out += [
@@ -189,8 +196,8 @@ def advice(found: Diagnosis) -> list[Advice]:
         out.append(
             Advice(
                 SIMULATION,
-                "Put it in with `--apply my_robot.yaml`, or in one run:",
-                f"snakebot run {SOME_GAIT} {effects}",
+                "`--apply FILE` writes it into the description of the robot; in one run:",
+                of_this_robot(f"snakebot run {SOME_GAIT} {effects}", found),
             )
         )
     return out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from snakebot import __version__
 from snakebot.diagnosis.result import AngleClosure, Diagnosis, SpeedClosure
+from snakebot.diagnosis.show.answer import of_this_robot
 from snakebot.diagnosis.show.first_screen import first_screen
 from snakebot.diagnosis.show.marks import DEG, add_causes, trace_charts
 from snakebot.diagnosis.show.named import effect_title, plain, share_in_words
@@ -115,7 +116,7 @@ def _next(section: Section, found: Diagnosis) -> None:
     section.add(Note(f"{run.motion[0].upper()}{run.motion[1:]}: {plain(run.reason)}."))
     if run.lifted:
         section.add(Note("Lift the robot off the ground before it, and put it back after it.", "warning"))
-    section.add(Note(run.command))
+    section.add(Note(of_this_robot(run.command, found)))
     pairs = "; ".join(" from ".join(effect_title(name) for name in pair) for pair in run.separates)
     section.add(
         Note(f"It tells {pairs}. Expected probability after it: {run.expected_probability_after:.0%}.")

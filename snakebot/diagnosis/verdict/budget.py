@@ -93,7 +93,7 @@ def ground_budget(
     def squares(coalition: Coalition) -> Floats:
         left = np.zeros(known.size)
         for runs, specs in specs_by_run(best, coalition, shown):
-            made = ground_residuals(evidence, specs, evidence.split.free, runs)
+            made = ground_residuals(evidence.ground, evidence.predictor, specs, evidence.split.free, runs)
             mine = np.isin(features.run, runs)
             left[mine] = np.nan_to_num(np.square(made[mine]))
         return np.bincount(of_window, weights=left[known] / allowed) / count

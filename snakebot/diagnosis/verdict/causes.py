@@ -218,14 +218,14 @@ def noise_cause(effect: Effect, noise: EncoderScatter, joints: int) -> Cause:
     )
 
 
-def fit_entries(evidence: Evidence, found: SearchResult) -> tuple[FitEntry, ...]:
+def fit_entries(angles: AngleEvidence, scoring: Scoring, found: SearchResult) -> tuple[FitEntry, ...]:
     """Every single effect as it was fitted, and none."""
-    scoring, use = evidence.scoring, evidence.scoring.decides
+    use = scoring.decides
     samples = scoring.samples[use]
     return tuple(
         FitEntry(
             effects=fit.hypothesis.names,
-            joints=joints_of(evidence.angles, fit.hypothesis),
+            joints=joints_of(angles, fit.hypothesis),
             parameters=fit.theta.size,
             cost=round(float(-(scoring.score(fit.fitted_square)[use] * samples).sum()), 3),
             samples=int(samples.sum()),

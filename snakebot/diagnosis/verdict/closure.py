@@ -126,7 +126,7 @@ def forward_speeds(evidence: Evidence, best: Trial) -> Speeds | None:
         if run.forward_speed_m_s is not None:
             speed = run.forward_speed_m_s
         elif run.pose is not None:
-            speed = ground_motion.window_features(run.t_s, run.pose, window)[0]
+            speed = float(ground_motion.window_features(run.t_s, run.pose, [window])[0, 0])
         else:
             continue
         if not np.isfinite(speed) or ground_motion.broken(run, *span):
@@ -172,7 +172,7 @@ def _simulated_speed(
     if run.pose is not None and run.forward_speed_m_s is None and not ground_motion.has_heading(run.pose):
         made = np.column_stack([path.com_m, path.heading_rad])
         window = ground_motion.Window(index, *span, speed_only=False, course=True)
-        return ground_motion.window_features(run.t_s, made, window)[0]
+        return float(ground_motion.window_features(run.t_s, made, [window])[0, 0])
     return path.forward_speed_m_s(*span)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gap import named_joints
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.predictor import Predictor
 from snakebot.diagnosis.evidence.ticks import is_slow
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial, run_trial, trial_at
@@ -53,6 +54,7 @@ from snakebot.diagnosis.verdict.regime import regimes, sentence
 from snakebot.diagnosis.verdict.rest import Rest
 from snakebot.diagnosis.verdict.stated_numbers import stated_numbers
 from snakebot.diagnosis.verdict.traces import traces
+from snakebot.robot import robot_option
 
 Steps = Sequence[tuple[Trial, Trial]]
 
@@ -115,7 +117,7 @@ def conclude(
         causes.append(noise_cause(noise_effect(), judgement.noise, evidence.data.joints))
     progress("closure on held-out runs", 0.9)
     steps = _steps(evidence, found, judgement.best)
-    table = _regimes(evidence, judgement)
+    table = _regimes(evidence.angles, evidence.predictor, judgement)
     speeds = forward_speeds(evidence, judgement.predicted)
     closure = _closure(evidence, found.nominal, judgement, steps, speeds, options.seed)
     chosen = causes[0].probability if causes else 0.0
@@ -212,16 +214,16 @@ def _terms(angles: AngleEvidence, best: Trial, causes: Sequence[Cause]) -> list[
     ]
 
 
-def _regimes(evidence: Evidence, judgement: Judgement) -> tuple[Regime, ...]:
+def _regimes(angles: AngleEvidence, predictor: Predictor, judgement: Judgement) -> tuple[Regime, ...]:
     joints = [int(j) for j in np.flatnonzero(judgement.gap.significant)]
     if not joints:
         return ()
-    runs, angles, nominal = judgement.runs, evidence.angles, evidence.predictor.nominal
-    loads = [evidence.predictor.simulator.load(i) for i in runs]
+    runs, nominal = judgement.runs, predictor.nominal
+    loads = [predictor.simulator.load(i) for i in runs]
     known = [load for load in loads if load is not None]
     before, after = angles.residuals(nominal), angles.residuals(judgement.best.readings)
     return regimes(
-        replace(evidence.data, runs=tuple(evidence.data.runs[i] for i in runs)),
+        replace(angles.data, runs=tuple(angles.data.runs[i] for i in runs)),
         joints,
         [nominal[i] for i in runs],
         [before[i] for i in runs],
@@ -310,8 +312,9 @@ def _details(
         speeds=() if speeds is None else speeds_by_run(evidence.data.runs, speeds),
         known=dict(options.known),
         seed=options.seed,
-        fits=fit_entries(evidence, found),
+        fits=fit_entries(evidence.angles, evidence.scoring, found),
         slow_log=any(is_slow(run) for run in evidence.data.runs),
+        robot_option=robot_option(evidence.data.robot),
     )
 
 

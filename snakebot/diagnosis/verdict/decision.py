@@ -167,7 +167,7 @@ def _why_no_ground(found: SearchResult, noise: EncoderScatter | None) -> str | N
 
 def _in_held_out_runs(evidence: Evidence, told: Judgement, rest: Rest) -> Judgement:
     """The judgement of an explanation that does not hold in the runs that the user holds out."""
-    runs = runs_with_gap(evidence, told.best)
+    runs = runs_with_gap(evidence.scoring, evidence.split.shown, told.best)
     place = f"in {', '.join(evidence.data.runs[i].name for i in runs)}, held out: "
     if told.gap.any:
         warning = f"{place}{rest.share:.0%} of the gap is left, so it is not fully explained"

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
@@ -52,7 +53,7 @@ def ranked(
             delta_se=round(behind.se, 5) if np.isfinite(behind.se) else 0.0,
             probability=round(own, 3) if own is not None else 0.0,
             parameters=len(trial.theta),
-            rms_after=_rms_shown(evidence, trial),
+            rms_after=_rms_shown(evidence.angles, evidence.split.shown, trial),
             worse_in=_worse_in(evidence, best, trial),
         )
     rest = max(0.0, 1 - sum(e.probability for e in entries.values()))
@@ -64,12 +65,12 @@ def ranked(
     return tuple(sorted(entries.values(), key=lambda e: -e.held_out_score))[:MOST_RANKED]
 
 
-def _rms_shown(evidence: Evidence, trial: Trial) -> float:
+def _rms_shown(angles: AngleEvidence, shown: Sequence[int], trial: Trial) -> float:
     """Error of the joint angles on the runs of the closure, rad."""
-    blocks = evidence.angles.blocks
-    rows = np.isin(blocks.run, evidence.split.shown)
+    blocks = angles.blocks
+    rows = np.isin(blocks.run, shown)
     size = blocks.samples[rows]
-    square = evidence.angles.mean_square(trial.readings)[rows]
+    square = angles.mean_square(trial.readings)[rows]
     return round(float(np.sqrt(square @ size / size.sum())), 8) if rows.any() else 0.0
 
 

@@ -84,9 +84,8 @@ def held_out_rest(evidence: Evidence, nominal: Trial, best: Trial) -> Rest | Non
     return Rest(share, gap, 0.0, 0.0) if gap.any and share > MUCH_LEFT else None
 
 
-def runs_with_gap(evidence: Evidence, trial: Trial) -> tuple[int, ...]:
+def runs_with_gap(scoring: Scoring, shown: tuple[int, ...], trial: Trial) -> tuple[int, ...]:
     """Of the shown runs those in which ``trial`` leaves a gap; all of them if no single one shows it."""
-    scoring, shown = evidence.scoring, evidence.split.shown
     found = tuple(i for i in shown if gap_of(scoring, trial.held_square, scoring.run == i).any)
     return found or shown
 

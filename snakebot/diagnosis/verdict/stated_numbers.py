@@ -7,9 +7,11 @@ explanation leaves over say beside that narrows it down: the posterior of a line
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.fit_runs import StackedAngles, ground_residuals, shift_limits
 from snakebot.diagnosis.fit.trial import Trial
@@ -23,14 +25,13 @@ GROUND_NUMBERS = ("friction.ct", "friction.cn", "link_mass_kg")  # as ``ground.t
 
 def stated_numbers(evidence: Evidence, best: Trial) -> tuple[StatedNumber, ...]:
     """The stated numbers that ``best`` does not set itself, as far as the runs say anything of them."""
-    return (*_lags(evidence, best), *_of_ground(evidence, best))
+    return (*_lags(evidence.angles, evidence.split.free, best), *_of_ground(evidence, best))
 
 
-def _lags(evidence: Evidence, best: Trial) -> list[StatedNumber]:
+def _lags(angles: AngleEvidence, runs: Sequence[int], best: Trial) -> list[StatedNumber]:
     """Time constants, joint by joint; the wire is taken to be as fast as stated."""
-    angles, robot = evidence.angles, evidence.data.robot
+    robot = angles.data.robot
     limits, spread_s = shift_limits(angles, best.hypothesis), robot.lag_spread_s
-    runs = evidence.split.free
     every = range(angles.data.joints)
     stacked = StackedAngles.of(angles, every, runs, None)
     readings = [best.readings[i] for i in runs]
@@ -70,7 +71,7 @@ def _of_ground(evidence: Evidence, best: Trial) -> list[StatedNumber]:
     if not use.any():
         return []
     marks = ground.tolerance.marks[use]
-    after = ground_residuals(evidence, specs, evidence.split.free)[use]
+    after = ground_residuals(evidence.ground, evidence.predictor, specs, evidence.split.free)[use]
     weight = 1 / (ground.allowed_square[use] + np.square(after))
     precision = marks.T @ (marks * weight[:, None]) + np.diag(1 / np.square(ground.tolerance.spread))
     covariance = np.linalg.inv(precision)

@@ -12,6 +12,7 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.predictor import Predictor
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import Cause, Trace
 from snakebot.diagnosis.verdict.budget import specs_by_run
@@ -37,7 +38,7 @@ def traces(
         where = [key for key in gap if key[1] + 1 in cause.joints]
         if cause.stage == "body" or not where:
             continue
-        others = _without(evidence, best, term) if len(best.hypothesis.terms) > 1 else None
+        others = _without(evidence.predictor, shown, best, term) if len(best.hypothesis.terms) > 1 else None
         off = gap if others is None else _square_of(angles, shown, others)
 
         def plain(key: tuple[int, int], off: dict[tuple[int, int], float] = off) -> float:
@@ -70,14 +71,16 @@ def _square_of(
     return out
 
 
-def _without(evidence: Evidence, best: Trial, term: int | None) -> list[Floats] | None:
+def _without(
+    predictor: Predictor, shown: Sequence[int], best: Trial, term: int | None
+) -> list[Floats] | None:
     """Readings as predicted with all terms but one."""
     if term is None:
         return None
     kept = frozenset(at for at in range(len(best.hypothesis.terms)) if at != term)
     readings = list(best.readings)
-    for runs, specs in specs_by_run(best, kept, evidence.split.shown):
-        for index, reading in zip(runs, evidence.predictor.readings(specs, runs), strict=True):
+    for runs, specs in specs_by_run(best, kept, shown):
+        for index, reading in zip(runs, predictor.readings(specs, runs), strict=True):
             readings[index] = reading
     return readings
 

@@ -23,7 +23,7 @@ class ServoLag(Effect):
     covers = frozenset({"delay"})
     everyday = True
     summary = "The servo is a first-order lag with another time constant than the nominal one."
-    title = "a slower servo"
+    title = "another servo lag"
     sentence = "{where} [follows|follow] with a lag of {time_constant_s}, other than stated"
     look = (
         "Look at the servo's gains and acceleration setting, at its supply, and at whether it is the model "

@@ -29,7 +29,8 @@ def evidence() -> Evidence:
 def problem_of(evidence: Evidence, hypothesis: Hypothesis, theta: list[float]) -> tuple[Problem, np.ndarray]:
     at, every = np.array(theta), np.ones(len(theta), dtype=bool)
     problem = angle_problem(
-        evidence, hypothesis, specs_from(hypothesis, at, every), evidence.split.free, *bounds(hypothesis.parameters),
+        evidence.angles, evidence.predictor.simulator, hypothesis,
+        specs_from(hypothesis, at, every), evidence.split.free, *bounds(hypothesis.parameters),
         rough=False, mine=every, at=at,
     )  # fmt: skip
     assert problem is not None

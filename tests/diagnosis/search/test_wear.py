@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from sessions import bench, make_session
+from sessions import bench, make_session, snake
 
 from snakebot.diagnosis import Diagnosis, diagnose
+from snakebot.diagnosis.evidence.data import prepare
+from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.search.candidates import kinds
+from snakebot.diagnosis.search.library import usable_effects
+from snakebot.diagnosis.search.wear import is_worn
+from snakebot.effects.registry import find_effect
 
 GAITS = ((66, 80, 2.0), (30, 80, 4.0), (50, 60, 1.0), (20, 80, 6.0))
 OFFSETS_DEG, PLAYS_DEG = (1.5, -2.0, 0.8), (2.0, 1.2, 3.0)
@@ -46,3 +52,21 @@ def test_a_fault_beside_the_wear_is_found() -> None:
     assert limit.joints == (2,)
     assert abs(limit.parameters["limit_rad_s"].estimate - 1.2) < 0.1
     assert found.verdict in ("explained", "partly")
+
+
+def test_play_that_the_load_takes_up_is_a_fault_and_plain_play_is_wear() -> None:
+    library = usable_effects(prepare(make_session(snake())), over_ground=False)
+    plain, loaded = (Term("backlash", None, kind) for kind in kinds(library, find_effect("backlash")))
+    late = Term("command_delay", (2,), own=True)
+    assert is_worn(library, Hypothesis((plain, late)))
+    assert not is_worn(library, Hypothesis((loaded,)))
+    assert not is_worn(library, Hypothesis((late, loaded)))
+
+
+@pytest.mark.slow
+def test_a_second_fault_of_all_joints_is_not_hidden_by_what_every_joint_has_a_little_of() -> None:
+    faults = ("backlash:width_deg=4,loaded=1", "compliance:stiffness_nm_rad=15")
+    gaits = ((66, 80, 2.0), (30, 80, 4.0), (50, 60, 1.0), (20, 80, 3.0))
+    found = diagnose(make_session(snake(), faults, gaits=gaits, pose=True, duration_s=8.0))
+    assert found.verdict == "explained"
+    assert {c.effect for c in found.causes} == {"backlash", "compliance"}

@@ -129,7 +129,7 @@ def test_a_tie_is_never_called_sure_and_its_stages_are_both() -> None:
 def test_why_it_is_sure() -> None:
     said = why(KINDS["sure"]())
     assert said == (
-        "The next best explanation, a slower servo, joint 3, fails in 2 of 3 runs; "
+        "The next best explanation, another servo lag, joint 3, fails in 2 of 3 runs; "
         "about 97 of 100 such answers are right"
     )
 
@@ -154,6 +154,18 @@ def test_the_line_that_puts_it_into_the_simulation_is_short() -> None:
         simulate.command
         == "snakebot run --alpha 66 --beta 80 --omega 2 --effect rate_limit:limit_rad_s=2,joints=3"
     )
+
+
+def test_commands_for_another_robot_name_its_description() -> None:
+    found = KINDS["two causes that tie"]()
+    assert found.details is not None
+    assert found.next_experiment is not None
+    option = {"robot_option": " --robot ROBOT.yaml"}
+    other = found.model_copy(update={"details": found.details.model_copy(update=option)})
+    told = {one.where: one for one in advice(other)}
+    assert told["Next run"].command == f"{found.next_experiment.command} --robot ROBOT.yaml"
+    assert told["Simulation"].command.endswith("command_gain:gain=0.9001,joints=1 --robot ROBOT.yaml")
+    assert not any("--robot" in one.command for one in advice(found))
 
 
 def test_numbers_have_three_digits_units_and_names_in_words() -> None:

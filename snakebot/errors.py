@@ -112,3 +112,7 @@ class UnreadableLogError(LogError):
     """A file that was to be read is no run log, or holds what no run log holds."""
 
     exit_status = EXIT_BAD_INPUT
+
+
+class NothingLeftError(UnreadableLogError):
+    """A log so damaged that nothing of a run is left."""

@@ -8,6 +8,7 @@ from pathlib import Path
 from snakebot.errors import BadInputError
 from snakebot.nearest import did_you_mean
 
+DEFAULT_ROBOT = "penn_state"  # where a command is told of none
 _PACKAGE = Path(__file__).resolve().parent
 
 

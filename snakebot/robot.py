@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -17,11 +17,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from snakebot.errors import BadInputError
 from snakebot.nearest import misspelt, not_known
-from snakebot.resources import config_path
+from snakebot.resources import DEFAULT_ROBOT, config_path, configs_root
 from snakebot.safe_yaml import NO_LINES, Lines, dump_yaml, load_yaml
 
 MAX_LINKS = 32  # of a chain; chosen: the protocol carries 16 joints
 LAG_TOLERANCE = 0.06  # of the nominal time constant, where nothing is stated; chosen
+ITS_FILE = "ROBOT.yaml"  # in commands, of a robot whose description only its owner has
 # Name of the servos' lag wherever a number of a description is named: provenance, ``Diagnosis.nominal``, ranges.
 SERVO_LAG = "servo.time_constant_s"
 
@@ -302,7 +303,7 @@ def robot_from_mapping(data: object, where: str, lines: Lines = NO_LINES) -> Rob
     try:
         return Robot.model_validate(data)
     except ValidationError as error:
-        raise BadInputError(f"{where}: {_first_fault(error, lines)}") from None
+        raise BadInputError(f"{where}: {_first_fault(error, data, lines)}") from None
 
 
 def _check_keys(data: Mapping[Any, Any], where: str, lines: Lines) -> None:
@@ -334,14 +335,32 @@ def _check_keys(data: Mapping[Any, Any], where: str, lines: Lines) -> None:
         raise BadInputError(f"{where}: {lines.of('servo', found[0])}{fault}")
 
 
-def _first_fault(error: ValidationError, lines: Lines) -> str:
-    fault = error.errors()[0]
-    path = [part for part in fault["loc"] if part != "body"]
+def _first_fault(error: ValidationError, data: Mapping[Any, Any], lines: Lines) -> str:
+    faults = [(_place(fault["loc"], data), fault) for fault in error.errors()]
+    places = [place for place, _ in faults]
+    # A list that is no number, and one item of it that is none either: the item is the fault.
+    told = [(p, fault) for p, fault in faults if not any(o[: len(p)] == p and o != p for o in places)]
+    path, fault = told[0]
     key = ".".join(str(part) for part in path) or "description"
     given = fault.get("input")
     shown = f" (found {given!r})" if isinstance(given, (int, float, str, bool)) else ""
-    more = f"; and {error.error_count() - 1} more" if error.error_count() > 1 else ""
+    others = len({place for place, _ in told}) - 1
+    more = f"; and {others} more" if others else ""
     return f"{lines.of(*path)}{key}: {fault['msg'].removeprefix('Value error, ')}{shown}{more}"
+
+
+def _place(location: tuple[int | str, ...], data: object) -> tuple[int | str, ...]:
+    """Where a fault is, as the file has it: pydantic adds ``body``, and what kind of value it tried ("float")."""
+    place: list[int | str] = []
+    for part in location[location[:1] == ("body",) :]:
+        if isinstance(data, Mapping):
+            data = data.get(part)
+        elif isinstance(data, Sequence) and not isinstance(data, str) and isinstance(part, int):
+            data = data[part] if part < len(data) else None
+        else:
+            continue
+        place.append(part)
+    return tuple(place)
 
 
 _RECORDINGS = (".mcap", ".mcap.part", ".csv", ".csv.gz", ".parquet")
@@ -366,6 +385,21 @@ def load_robot(source: str | Path) -> Robot:
     except OSError as error:
         raise BadInputError(f"{path}: cannot read the robot description: {error.strerror}") from None
     return robot_from_mapping(load_yaml(text, str(path)), str(path), Lines(text))
+
+
+def shipped_name(robot: Robot) -> str | None:
+    """By which name commands know this description; None of one that does not come with snakebot."""
+    for path in (configs_root() / "robots").glob("*.yaml"):
+        if path.stem == robot.name:
+            ours = load_robot(path).model_copy(update={"provenance": robot.provenance})
+            return robot.name if ours == robot else None
+    return None
+
+
+def robot_option(robot: Robot) -> str:
+    """What `snakebot run` needs to be of this robot, a space before it; nothing for the one that it takes by itself."""
+    name = shipped_name(robot) or ITS_FILE
+    return "" if name == DEFAULT_ROBOT else f" --robot {name}"
 
 
 def _recordings(path: Path) -> BadInputError:

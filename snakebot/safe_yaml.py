@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 import yaml
 from yaml.constructor import ConstructorError
+from yaml.error import MarkedYAMLError
 
 from snakebot.errors import BadInputError
 
@@ -92,15 +93,24 @@ def load_yaml(data: bytes | str, where: str) -> Any:
                     f"{where}: its aliases (*name) stand for more than {MAX_NODES} values or "
                     f"{MAX_BYTES >> 20} MiB; not read"
                 )
+            _check_keys(node, where, set())
             return loader.construct_document(node)
         finally:
             loader.dispose()
     except UnicodeError:
         raise BadInputError(f"{where}: not UTF-8 text") from None
     except (yaml.YAMLError, ValueError) as error:
-        raise BadInputError(f"{where}: not YAML: {' '.join(str(error).split())}") from None
+        raise BadInputError(f"{where}: {_told(error)}") from None
     except RecursionError:
         raise BadInputError(f"{where}: nested too deep; not read") from None
+
+
+def _told(error: Exception) -> str:
+    """What is wrong with a text that is no YAML, and on which line."""
+    if not isinstance(error, MarkedYAMLError) or error.problem_mark is None:
+        return f"not YAML: {' '.join(str(error).split())}".replace('in "<unicode string>"', "in its text")
+    context = f"{error.context}, " if error.context else ""
+    return f"line {error.problem_mark.line + 1}: not YAML: {context}{error.problem}"
 
 
 @dataclass(frozen=True)
@@ -155,6 +165,30 @@ def _check_size(text: str, where: str) -> None:
             raise RecursionError
         if nodes > MAX_NODES:
             raise BadInputError(f"{where}: holds more than {MAX_NODES} values; not read")
+
+
+def _check_keys(node: Any, where: str, seen: set[int]) -> None:
+    """
+    Raises:
+        BadInputError: a mapping has a key twice; PyYAML would take the last one without a word.
+    """
+    if id(node) in seen:  # through an alias
+        return
+    seen.add(id(node))
+    if isinstance(node, yaml.MappingNode):
+        lines: dict[str, int] = {}
+        for name, value in node.value:
+            line = name.start_mark.line + 1
+            if isinstance(name, yaml.ScalarNode) and name.tag != f"{_TAG}merge":
+                key = str(name.value)
+                if key in lines:
+                    told = f"{where}: line {line}: {key} is given twice, before on line {lines[key]}"
+                    raise BadInputError(told)
+                lines[key] = line
+            _check_keys(value, where, seen)
+    elif isinstance(node, yaml.SequenceNode):
+        for value in node.value:
+            _check_keys(value, where, seen)
 
 
 def _written_out(node: Any, sizes: dict[int, tuple[int, int]], depth: int) -> tuple[int, int]:

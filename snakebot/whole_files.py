@@ -19,6 +19,7 @@ BEGINNINGS: dict[str, tuple[bytes, ...]] = {
     "MJCF": (b"<!-- snakebot:",),
     "callbacks": (b'"""callbacks of a snakebot model for mujoco',),
     "ranges": (b"schema: snakebot.ranges/",),
+    "table": (b"par1",),  # Parquet
 }
 _LOOKED_AT = 4096  # bytes
 _NO_LINKS = (
@@ -54,9 +55,12 @@ def check_output(option: str, path: Path, kind: str) -> None:
     except OSError as error:
         raise BadInputError(f"{option} {path}: {error.strerror}") from None
     if head and not head.startswith(BEGINNINGS[kind]):
-        raise BadInputError(
-            f"{option} {path}: exists, and is no {kind}; it stays as it is. Give another name"
-        )
+        raise in_the_way(option, path, kind)
+
+
+def in_the_way(option: str, path: Path, kind: str) -> BadInputError:
+    """What is there is no earlier output of this kind."""
+    return BadInputError(f"{option} {path}: exists, and is no {kind}; it stays as it is. Give another name")
 
 
 def check_apart(outputs: Sequence[tuple[str, Path]]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -22,10 +23,16 @@ WITHIN = {("gait", "robot"), ("physics", "robot"), ("board", "links"), ("analysi
 SHARED = {path.stem for path in PACKAGE.glob("*.py")} - {"__init__", "__main__", "robot"}
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
 def imported(path: Path) -> set[str]:
     """Folders and modules of the package, or of the protocol, that a file imports."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(parsed(path)):
         names: list[str] = []
         if isinstance(node, ast.ImportFrom):
             assert not node.level, f"{path}: a relative import"
@@ -89,7 +96,7 @@ def test_files_import_each_other_in_no_circle() -> None:
     graph: dict[str, set[str]] = {}
     for name, path in files.items():
         needs: set[str] = set()
-        for node in run_imports(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in run_imports(parsed(path)):
             if isinstance(node, ast.Import):
                 needs |= {alias.name for alias in node.names}
             else:

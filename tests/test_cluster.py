@@ -104,6 +104,27 @@ def test_options_that_do_not_fit_are_refused(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_earlier_table_is_written_over_and_nothing_else(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    session = make_session(bench(1), duration_s=6.0)
+    write_session(tmp_path / "s", session.robot, session.runs, "parquet")
+    recording = next((tmp_path / "s").glob("*.parquet"))
+    for sources, table, status in (
+        (["s"], "t.parquet", 0),
+        (["s"], "t.parquet", 0),
+        (["no_such_session"], "t.parquet", 2),  # an earlier table is worth more than a row that says this
+        (["s"], str(recording), 2),
+    ):
+        before = Path(table).read_bytes() if Path(table).exists() else b""
+        with pytest.raises(SystemExit) as ended:
+            main(["diagnose", *sources, "--table", table, "--quick", "--only", "rate_limit"])
+        assert ended.value.code == status
+        assert status == 0 or Path(table).read_bytes() == before
+    assert "exists, and is no table" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_a_scheduler_without_workers_is_told_and_not_waited_for_for_ever(
     monkeypatch: pytest.MonkeyPatch,

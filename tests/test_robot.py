@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from snakebot.errors import BadInputError
-from snakebot.robot import Robot, load_robot, robot_from_mapping
+from snakebot.robot import Robot, load_robot, robot_from_mapping, robot_option, shipped_name
 
 SHIPPED = sorted(path.stem for path in (Path(__file__).parent.parent / "configs" / "robots").glob("*.yaml"))
 
@@ -46,6 +46,16 @@ def test_every_number_of_a_shipped_robot_says_where_it_comes_from(name: str) -> 
     for key in ("half_length_m", "link_mass_kg", "servo.time_constant_s"):
         assert key in told
     assert {"friction"} <= told or {"friction.ct", "friction.cn", "friction.ct0", "friction.cn0"} <= told
+
+
+def test_a_robot_that_comes_with_snakebot_is_known_by_its_name() -> None:
+    for name in SHIPPED:
+        robot = load_robot(name)
+        again = robot_from_mapping(robot.model_copy(update={"provenance": {}}).to_mapping(), "again")
+        assert shipped_name(again) == name
+        assert robot_option(again) == ("" if name == "penn_state" else f" --robot {name}")
+        other = robot.model_copy(update={"encoder_counts_per_rev": 1000})
+        assert robot_option(other) == " --robot ROBOT.yaml"
 
 
 def test_a_bench_has_joints_and_no_body() -> None:
@@ -86,6 +96,52 @@ def test_what_is_wrong_is_named_with_its_key(changes: dict[str, object], words: 
     assert "\n" not in message
     for word in ("file.yaml", *words):
         assert word in message
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        (
+            {"link_mass_kg": [1, 1, 1, 1, 1, -1]},
+            "file.yaml: link_mass_kg.5: Input should be greater than 0 (found -1)",
+        ),
+        (
+            {"provenance": {"servo-lag": {"status": "guess", "source": "x"}}},
+            "file.yaml: provenance.servo-lag.status: ",
+        ),
+        ({"link_mass_kg": 0}, "file.yaml: link_mass_kg: Input should be greater than 0 (found 0)"),
+        (
+            {"limits": {"speed_rad_s": 0}},
+            "file.yaml: limits.speed_rad_s: Input should be greater than 0 (found 0)",
+        ),
+    ],
+)
+def test_one_fault_is_told_as_one_in_the_words_of_the_file(changes: dict[str, object], told: str) -> None:
+    with pytest.raises(BadInputError) as caught:
+        robot_from_mapping(mapping(**changes), "file.yaml")
+    assert str(caught.value).startswith(told)
+    assert "more" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            "joints: 1\nlimits: {angle_deg: 10}\njoints: 2\n",
+            "line 3: joints is given twice, before on line 1",
+        ),
+        (
+            "joints: 1\nlimits: {angle_deg: 10, angle_deg: 170}\n",
+            "line 2: angle_deg is given twice, before on line 2",
+        ),
+    ],
+)
+def test_a_key_that_is_given_twice_is_refused(tmp_path: Path, text: str, told: str) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text(text)
+    with pytest.raises(BadInputError) as caught:
+        load_robot(path)
+    assert str(caught.value) == f"{path}: {told}"
 
 
 @pytest.mark.parametrize(

@@ -11,11 +11,11 @@ import click
 from click.core import ParameterSource
 
 from snakebot.cli import names
-from snakebot.cli.names import DEFAULT_ROBOT
 from snakebot.cli.pace import shown
 from snakebot.cli.robot_option import robot_option
 from snakebot.cli.run_options import view_options
 from snakebot.errors import BadInputError
+from snakebot.resources import DEFAULT_ROBOT
 from snakebot.whole_files import check_apart, check_output, write_all
 
 if TYPE_CHECKING:
@@ -265,7 +265,7 @@ def _live(
     of: Callable[[Session, Callable[[str, float], None]], Diagnosis],
     options: dict[str, Any],
 ) -> Diagnosis:
-    from snakebot.cli.diagnose_live import Live, live
+    from snakebot.cli.diagnose_live import Live, check_plan, check_runs, live
     from snakebot.cli.live_story import live_story
     from snakebot.cli.run_options import RunOptions
     from snakebot.robot import load_robot
@@ -274,6 +274,8 @@ def _live(
         raise BadInputError("--live: give one new folder for the logs")
     budget = options.pop("budget")
     plan, robot = Live(sources[0], budget, RunOptions(**options)), load_robot(robot_source or DEFAULT_ROBOT)
+    check_plan(plan, robot)
+    check_runs(plan.options, robot)
     with live_story(robot, plan.options) as story:
         return live(
             plan,

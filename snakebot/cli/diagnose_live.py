@@ -64,11 +64,9 @@ def live(
         BoardFaultError: an emergency stop, in a run or between two.
         SnakebotError: a run failed; see ``snakebot run``.
     """
-    from snakebot.diagnosis.live import experiments, starting_set
+    from snakebot.diagnosis.live import experiments
 
-    starting_set(robot, plan.budget)  # what it refuses, it refuses before there is a folder
-    if plan.folder.exists() and (not plan.folder.is_dir() or any(plan.folder.iterdir())):
-        raise BadInputError(f"{plan.folder}: holds something already; give a new folder for the logs")
+    check_plan(plan, robot)
     plan.folder.mkdir(parents=True, exist_ok=True)
     story = story or Story(None)
     done = 0
@@ -175,3 +173,48 @@ def told_what_is_left(folder: Path, say: Callable[[str], None]) -> Iterator[None
                 f"{folder} holds {logs} log{'s' if logs > 1 else ''}: snakebot diagnose {folder} takes what is there"
             )
         raise
+
+
+def check_plan(plan: Live, robot: Robot) -> None:
+    """What is refused before there is a folder, and before anybody asks the board.
+
+    Raises:
+        BadInputError: the folder holds something already, the budget is too small, or the robot's limits allow no gait.
+    """
+    from snakebot.diagnosis.live import starting_set
+
+    starting_set(robot, plan.budget)
+    if plan.folder.exists() and (not plan.folder.is_dir() or any(plan.folder.iterdir())):
+        raise BadInputError(f"{plan.folder}: holds something already; give a new folder for the logs")
+
+
+def check_runs(options: RunOptions, robot: Robot) -> None:
+    """What any run with these options would end with, before anything is chosen, asked or made for them.
+
+    The board is asked who it is, and let go.
+
+    Raises:
+        BadInputError: the port does not fit, nobody is there to say yes, or the board is not this robot's.
+        NoBoardError: the port cannot be opened, or nobody answers on it.
+        BoardFaultError: a servo reports an error, or stands beyond its joint's limit.
+    """
+    from snakebot.control import open_board
+    from snakebot.control.ports import check_port
+
+    check_port(options.port, robot, options.effects, virtual=options.fast)
+    confirmable(options)
+    with open_board(
+        options.port, robot, effects=options.effects, virtual=options.fast, tell=lambda line: None
+    ):
+        pass
+
+
+def confirmable(options: RunOptions) -> None:
+    """
+    Raises:
+        BadInputError: somebody has to say yes, and nobody is there.
+    """
+    if not options.yes and not sys.stdin.isatty():
+        raise BadInputError(
+            f"{options.port}: there is nobody to ask before each motion: add --yes if it may move"
+        )

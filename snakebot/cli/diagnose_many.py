@@ -10,10 +10,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from snakebot.errors import EXIT_BAD_INPUT, BadInputError
+from snakebot.whole_files import in_the_way
 
 if TYPE_CHECKING:
     from snakebot.diagnosis.many import SessionAnswer
     from snakebot.runlog import Session
+
+
+_FIRST_COLUMNS = ["session", "refused", "verdict"]  # of ``SessionAnswer.row``
 
 
 def diagnose_to_table(
@@ -32,18 +36,41 @@ def diagnose_to_table(
     from snakebot.cluster import Workers
     from snakebot.diagnosis.many import diagnose_many
 
+    _check_earlier(path)
     for source in sources:
         if list(sources).count(source) > 1:
             raise BadInputError(f"{source}: given twice")
     with Workers(dask) as workers, progress_bar("sessions", False) as progress:
         sessions = {str(source): _opened(source, opened) for source in sources}
         answers = diagnose_many(sessions, options, workers, progress)
-    _write(path, answers)
-    for answer in answers:
-        click.echo(_line(answer))
-    click.echo(f"wrote {path}")
+    told = [_line(answer) for answer in answers]
+    if all(answer.refused for answer in answers) and path.exists():
+        told.append(f"{path}: stays as it is: no session has a verdict")
+    else:
+        _write(path, answers)
+        told.append(f"wrote {path}")
+    for line in told:
+        click.echo(line)
     if any(answer.refused for answer in answers):
         sys.exit(EXIT_BAD_INPUT)
+
+
+def _check_earlier(path: Path) -> None:
+    """
+    Raises:
+        BadInputError: a Parquet file is there that is no table of verdicts: a recording, perhaps.
+    """
+    if not path.is_file() or path.stat().st_size == 0:
+        return
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        names = pq.read_schema(path).names
+    except (pa.ArrowException, OSError):
+        names = []
+    if names[: len(_FIRST_COLUMNS)] != _FIRST_COLUMNS:
+        raise in_the_way("--table", path, "table")
 
 
 def _opened(source: Path, opened: Callable[[Path], Session]) -> Session | BadInputError:

@@ -68,7 +68,10 @@ def command() -> None:
 @click.argument("folder", type=LOG, default="runs")
 @JSON_OPTION
 def list_logs(folder: Path, as_json: bool) -> None:
-    """List the logs in FOLDER [runs], finished and unfinished."""
+    """List the logs in FOLDER [runs], finished and unfinished.
+
+    From the index at each log's end: damage inside one shows when it is read (`snakebot log info`).
+    """
     from snakebot.runlog.listing import find_logs, summarize
 
     if folder.is_file():

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 from click.shell_completion import CompletionItem
 
+from snakebot.resources import DEFAULT_ROBOT
+
 if TYPE_CHECKING:
     import click
 
-DEFAULT_ROBOT = "penn_state"  # where a command is told of none
 _FILES = [CompletionItem("", type="file")]
 
 

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from snakebot.cli.names import DEFAULT_ROBOT
 from snakebot.cli.optimize_show import gait_file, show
 from snakebot.cli.study_output import finish
 from snakebot.errors import BadInputError
+from snakebot.resources import DEFAULT_ROBOT
 
 if TYPE_CHECKING:
     from snakebot.effects import EffectSpec
@@ -212,19 +212,17 @@ def _live(
     robot: Robot, goal: Goal, options: OptimiseOptions, folder: Path, port: str, logs: Path, effects: tuple[str, ...],
     as_json: bool, given: dict[str, Any], which: str,
 ) -> None:  # fmt: skip
-    from snakebot.cli.optimize_live import Undertaking, confirmable, lines, optimize_live, reachable
+    from snakebot.cli.diagnose_live import check_runs
+    from snakebot.cli.optimize_live import Undertaking, lines, optimize_live
     from snakebot.cli.run_options import RunOptions
-    from snakebot.control.ports import check_port
     from snakebot.optimise.figure import optimum_figure
     from snakebot.studies.figures import save
 
     run_options = RunOptions(port=port, effects=effects, yes=given["yes"], fast=given["fast"])
-    check_port(port, robot, effects, virtual=run_options.fast)
     # Where somebody said no to the first run, there are folders and nothing in them.
     if logs.exists() and (not logs.is_dir() or any(not path.is_dir() for path in logs.rglob("*"))):
         raise BadInputError(f"{logs}: holds something already; give a new folder for the logs")
-    confirmable(run_options)
-    reachable(run_options, robot)
+    check_runs(run_options, robot)
     asked = Undertaking(logs, goal, options, run_options, given["budget"], given["repeats"])
     result, proof = optimize_live(asked, robot, lambda text: click.echo(text, err=True))
     files = [*save(optimum_figure(result), folder, "optimum"), gait_file(result, folder, robot.name)]

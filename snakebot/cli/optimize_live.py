@@ -6,7 +6,6 @@ Every motion is made, asked for and stopped as ``diagnose --live`` makes its own
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -191,30 +190,3 @@ def _row(measured: Measured) -> list[str]:
 
 def _span(ends: tuple[float, float] | None) -> str:
     return "" if ends is None else f"{ends[0]:.3f} to {ends[1]:.3f}"
-
-
-def reachable(options: RunOptions, robot: Robot) -> None:
-    """Ask the board who it is, and let it go: the choice before the first run takes its time.
-
-    Raises:
-        BadInputError: the board is not this robot's.
-        NoBoardError: the port cannot be opened, or nobody answers on it.
-        BoardFaultError: a servo reports an error, or stands beyond its joint's limit.
-    """
-    from snakebot.control import open_board
-
-    with open_board(
-        options.port, robot, effects=options.effects, virtual=options.fast, tell=lambda line: None
-    ):
-        pass
-
-
-def confirmable(options: RunOptions) -> None:
-    """
-    Raises:
-        BadInputError: somebody has to say yes, and nobody is there.
-    """
-    if not options.yes and not sys.stdin.isatty():
-        raise BadInputError(
-            f"{options.port}: there is nobody to ask before each motion: add --yes if it may move"
-        )

@@ -78,10 +78,12 @@ Examples:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def show(robot_source: str, as_json: bool) -> None:
     """A description as it is understood, and what its servos do by themselves."""
+    from snakebot.effects import robot_effects
     from snakebot.robot import load_robot
     from snakebot.servobus.models import model_named
 
     robot = load_robot(robot_source)
+    robot_effects(robot)  # one that does not fit is told
     models = {s.model: model_named(s.model) for s in robot.servos or () if s.model is not None}
     if as_json:
         by_itself = {name: list(model.by_itself) for name, model in models.items()}

@@ -8,13 +8,12 @@ from typing import Any, TypeVar
 import click
 
 from snakebot.cli import names
+from snakebot.resources import DEFAULT_ROBOT
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 
-def robot_option(
-    help_: str = "Robot description.", default: str | None = names.DEFAULT_ROBOT
-) -> Callable[[F], F]:
+def robot_option(help_: str = "Robot description.", default: str | None = DEFAULT_ROBOT) -> Callable[[F], F]:
     """The option, as ``robot_source``. ``default`` None: the command takes the robot from what it is given."""
     return click.option(
         "--robot",

@@ -148,9 +148,9 @@ def _marked(runs: Sequence[Run], hold_out: Sequence[str], repeat: Sequence[str])
 )
 @click.argument("folder", metavar="SESSION|LOG...", type=PATH, nargs=-1, required=True)
 @robot_option("In the commands that are told [the session's, by its name].", default=None)
-@click.option("--port", default="sim:", show_default=True, help="In the commands that are told.")
+@click.option("--port", help="In the commands that are told [sim:; PORT where the robot is none of ours].")
 @JSON_OPTION
-def check(folder: tuple[Path, ...], robot_source: str | None, port: str, as_json: bool) -> None:
+def check(folder: tuple[Path, ...], robot_source: str | None, port: str | None, as_json: bool) -> None:
     """Read SESSION strictly: what is in it, or what is wrong, by file, row and column. Logs and folders of logs, too.
 
     What a diagnosis would refuse or doubt (degrees in place of radians, nothing that moves) is told as well; and what
@@ -162,10 +162,11 @@ def check(folder: tuple[Path, ...], robot_source: str | None, port: str, as_json
     from snakebot.diagnosis.evidence.sanity import check_session
     from snakebot.diagnosis.evidence.turns import run_on
     from snakebot.diagnosis.missing import missing
-    from snakebot.robot import load_robot
+    from snakebot.robot import ITS_FILE, load_robot, shipped_name
 
     session = given_session(folder, None, quiet=False)
-    if robot_source is not None and (theirs := load_robot(robot_source).joints) != session.robot.joints:
+    robot = session.robot if robot_source is None else load_robot(robot_source)
+    if (theirs := robot.joints) != session.robot.joints:
         raise BadInputError(
             f"--robot {robot_source}: a robot of {theirs} joint{'s' if theirs > 1 else ''}, "
             f"the recordings have {session.robot.joints}"
@@ -175,7 +176,9 @@ def check(folder: tuple[Path, ...], robot_source: str | None, port: str, as_json
         doubts = [*check_session(session), *run_on(session)[1]]
     except BadInputError as error:
         doubts = [str(error)]
-    lacks = missing(session, robot=_shown(robot_source or _by_name(session.robot.name)), port=_shown(port))
+    known = shipped_name(robot)
+    where = port or ("PORT" if known is None else "sim:")
+    lacks = missing(session, robot=_shown(robot_source or known or ITS_FILE), port=_shown(where))
     rows = [
         {
             "run": run.name,
@@ -218,17 +221,6 @@ def check(folder: tuple[Path, ...], robot_source: str | None, port: str, as_json
         click.echo(f"for a diagnosis: {doubt}")
     for lack in lacks:
         click.echo(f"missing: {lack.text}\n  {lack.command}")
-
-
-def _by_name(name: str) -> str:
-    """The name, if a command takes it; what to put a file in the place of, if not."""
-    from snakebot.resources import config_path
-
-    try:
-        config_path("robots", name)
-    except BadInputError:
-        return "ROBOT.yaml"
-    return name
 
 
 def _shown(word: str) -> str:

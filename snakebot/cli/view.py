@@ -12,9 +12,9 @@ from typing import Any
 import click
 
 from snakebot.cli import names
-from snakebot.cli.names import DEFAULT_ROBOT
 from snakebot.cli.robot_option import robot_option
 from snakebot.errors import BadInputError, NoBoardError
+from snakebot.resources import DEFAULT_ROBOT
 from snakebot.view import DEFAULT_PORT, LOOPBACK
 
 EPILOG = """\b

@@ -22,7 +22,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Header, Metadata
 from mcap.writer import MCAP0_MAGIC
 
-from snakebot.errors import UnreadableLogError
+from snakebot.errors import NothingLeftError, UnreadableLogError
 from snakebot.runlog import channels
 from snakebot.runlog.import_hint import import_hint
 from snakebot.runlog.number_table import MAX_RATIO, TABLE_SUFFIXES
@@ -69,7 +69,10 @@ class Container:
         """
         try:
             with self.path.open("rb") as file:
-                if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+                begins = file.read(len(MCAP0_MAGIC))
+                if not begins.strip(b"\0"):
+                    raise NothingLeftError(f"{self.path}: empty, or zeros: nothing of a log is left")
+                if begins != MCAP0_MAGIC:
                     hint = ""
                     if self.path.name.endswith(TABLE_SUFFIXES):
                         hint = "; snakebot log import makes one of a table"

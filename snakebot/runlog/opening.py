@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from snakebot.errors import BadInputError
+from snakebot.errors import BadInputError, NothingLeftError
 from snakebot.runlog.import_hint import import_hint
 from snakebot.runlog.listing import find_logs
 from snakebot.runlog.log import NoTicksError
@@ -69,7 +69,9 @@ def open_run(path: PathLike) -> Run:
 
 
 def open_each(paths: Iterable[PathLike]) -> tuple[list[tuple[Path, Session]], list[str]]:
-    """Each log or session on its own, and what was left out: logs without ticks, each told by a ``LogWarning``.
+    """Each log or session on its own, and what was left out: logs without ticks, or so damaged that none is left.
+
+    A ``LogWarning`` tells each of these.
 
     Raises:
         NoTicksError: nothing is left.
@@ -80,7 +82,7 @@ def open_each(paths: Iterable[PathLike]) -> tuple[list[tuple[Path, Session]], li
     for path in given:
         try:
             opened.append((path, open_session(path)))
-        except NoTicksError as error:
+        except (NoTicksError, NothingLeftError) as error:
             if len(given) == 1:
                 raise
             left_out.append(f"{error}: left out")

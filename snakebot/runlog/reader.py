@@ -19,7 +19,7 @@ import numpy as np
 import orjson
 
 from snakebot.arrays import AnyArray, Floats
-from snakebot.errors import BadInputError, UnreadableLogError
+from snakebot.errors import BadInputError, NothingLeftError, UnreadableLogError
 from snakebot.robot import MAX_LINKS, Robot, robot_from_mapping
 from snakebot.runlog.channels import (
     EVENTS,
@@ -325,16 +325,15 @@ def _robot(
 ) -> Robot:
     """The attached description, or, where that is damaged, a bench with as many joints as the rows have."""
     where = f"{path}: {ROBOT_ATTACHMENT}"
+    vectors = joints.parts.get("setpoint_rad")
+    if ROBOT_ATTACHMENT not in attachments:
+        problems.append("the robot's description is missing")
+        if not vectors and "joints" not in metadata:
+            raise NothingLeftError(f"{path}: too damaged: neither the robot's description nor a tick is left")
     try:
         if ROBOT_ATTACHMENT in attachments:
             text = attachments[ROBOT_ATTACHMENT]
             return robot_from_mapping(load_yaml(text, where), where, Lines(text))
-        problems.append("the robot's description is missing")
-        vectors = joints.parts.get("setpoint_rad")
-        if not vectors and "joints" not in metadata:
-            raise UnreadableLogError(
-                f"{path}: too damaged: neither the robot's description nor a tick is left"
-            )
         return robot_from_mapping({"joints": vectors[0].shape[1] if vectors else metadata["joints"]}, where)
     except BadInputError as error:
         raise UnreadableLogError(str(error)) from None

@@ -13,6 +13,8 @@ from snakebot.gait import Gait
 from snakebot.robot import Robot
 from snakebot.studies.sweep import POWER, SPEED, Conditions, compute
 
+HALF_TURN_DEG = 180.0  # from here on a joint would go round, and phases repeat
+
 
 @dataclass(frozen=True, eq=False)
 class Grid:
@@ -43,11 +45,16 @@ def near_optimum(
     """``reach`` steps either side of ``gait`` in alpha and in beta, ideal tracking.
 
     Raises:
-        BadInputError: the robot has no body, or a step is no finite number.
+        BadInputError: the robot has no body, or a step is no finite number or goes round in ``reach`` of them.
     """
     for name, step_deg in (("alpha", alpha_step_deg), ("beta", beta_step_deg)):
         if not np.isfinite(step_deg):
             raise BadInputError(f"step of {name}: {step_deg:g} deg; it must be a finite number")
+        if reach * abs(step_deg) > HALF_TURN_DEG:
+            raise BadInputError(
+                f"step of {name}: {reach} of {step_deg:g} deg are more than half a turn; "
+                f"take {HALF_TURN_DEG / reach:g} deg at most"
+            )
     steps = np.arange(-reach, reach + 1)
     alphas = np.degrees(gait.alpha_rad) + alpha_step_deg * steps
     betas = np.degrees(gait.beta_rad) + beta_step_deg * steps

@@ -169,7 +169,7 @@ def test_live_ends_with_the_line_that_runs_the_choice_on_that_robot_and_board(
     found = optimise(load_robot(mine), Goal("speed"), options)
     nothing = Proof(None, None, (), None, None, (0, 0))
     monkeypatch.setattr("snakebot.cli.optimize_live.optimize_live", lambda *_: (found, nothing))
-    monkeypatch.setattr("snakebot.cli.optimize_live.reachable", lambda *_: None)
+    monkeypatch.setattr("snakebot.cli.diagnose_live.check_runs", lambda *_: None)
     monkeypatch.setattr("click.echo", lambda text="", **_: said.append(str(text)))
     words = ["optimize", str(mine), "--for", "speed", "--live", "sim:", "--logs", "x", "--yes"]
     with pytest.raises(SystemExit) as ended:

@@ -11,7 +11,7 @@ import pytest
 from runlog_samples import ROBOT, flushed, make_ticks, session_folder, write_everything
 
 from snakebot.analysis import load
-from snakebot.errors import BadInputError
+from snakebot.errors import BadInputError, LogError
 from snakebot.runlog import LogWarning, Run, RunWriter, open_run, open_runs, open_session, write_session
 from snakebot.runlog.listing import summarize
 from snakebot.runlog.repeats import mark_repeats
@@ -81,6 +81,19 @@ def test_logs_without_ticks_are_left_out_and_told(tmp_path: Path) -> None:
     for one in (open_session, open_run, lambda path: load([path])):
         with pytest.raises(BadInputError, match="holds no ticks"):
             one(left[0])
+
+
+def test_a_log_of_which_nothing_is_left_does_not_stop_the_others(tmp_path: Path) -> None:
+    sound = write_everything(tmp_path / "m.mcap")
+    cut = tmp_path / "cut.mcap.part"
+    cut.write_bytes(sound.read_bytes()[:200])
+    (tmp_path / "empty.mcap").touch()
+    (tmp_path / "zeros.mcap").write_bytes(bytes(5000))
+    with pytest.warns(LogWarning, match="is left: left out") as told:
+        assert [run.name for run in open_session(tmp_path).runs] == ["m"]
+    assert len(told) == 3
+    with pytest.raises(LogError, match="too damaged"):
+        open_session(cut)
 
 
 @pytest.mark.parametrize(

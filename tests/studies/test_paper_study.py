@@ -238,6 +238,7 @@ def test_nonsense_is_answered_by_one_line(capsys: pytest.CaptureFixture[str]) ->
         (["infer", "--reading", "tea"], "known are printed"),
         (["gap", "--effect", "rate_limit+tea"], "known are servo_lag"),
         (["grid", "--alpha-step", "nan"], "step of alpha: nan deg"),
+        (["grid", "--alpha-step", "1000"], "step of alpha: 2 of 1000 deg are more than half a turn"),
         (["friction", "nowhere.csv"], "nowhere.csv: cannot read the table: No such file or directory"),
     ):
         with pytest.raises(SystemExit) as ended:

@@ -1,7 +1,8 @@
 """Where the program begins. Ctrl-C is one line and status 130 from here on, whatever is just being imported or ended.
 
 Python's own way is a traceback: while the command line is not yet there to catch KeyboardInterrupt, where a library
-makes an ImportError of it, where it comes up in a finaliser that cannot raise, and while the interpreter ends.
+makes an ImportError of it, where it comes up in a finaliser that cannot raise, and while the interpreter ends. Or a
+crash: numba, asked for stored machine code, would have lost it, and called what is not there.
 
 Only the program itself imports this: its handler is there as soon as it is imported. It imports nothing before that
 takes time.
@@ -17,7 +18,7 @@ from types import FrameType
 from snakebot.cli import ctrl_c
 
 EXIT_INTERRUPTED = 130  # as in snakebot.errors, which is imported later
-_AGAIN_S = 0.01  # a finaliser has ended by then, and most imports; chosen
+_AGAIN_S = 0.01  # a finaliser has ended by then, most imports, and machine code is loaded; chosen
 
 _at_work = False  # there may be something to end properly: KeyboardInterrupt unwinds to it
 
@@ -26,16 +27,24 @@ def _on_interrupt(_: int, frame: FrameType | None) -> None:
     ctrl_c.pressed = True
     if not _at_work:
         _leave("snakebot: aborted\n")
-    if _importing(frame):
+    if _indivisible(frame):
         _again()
         return
     raise KeyboardInterrupt
 
 
-def _importing(frame: FrameType | None) -> bool:
-    """Whether a module is being imported: compiled ones print an error of their own where that is interrupted."""
+# Where KeyboardInterrupt does harm: modules in mid-import (compiled ones print an error of their own), and machine code
+# that is being loaded (LLVM asks for it through a callback, which cannot raise; without an answer it has no code).
+_INDIVISIBLE = (
+    "<frozen importlib._bootstrap>",
+    "numba/core/caching.py",
+    "llvmlite/binding/executionengine.py",
+)
+
+
+def _indivisible(frame: FrameType | None) -> bool:
     while frame is not None:
-        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+        if frame.f_code.co_filename.endswith(_INDIVISIBLE):
             return True
         frame = frame.f_back
     return False

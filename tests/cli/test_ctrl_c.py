@@ -77,6 +77,23 @@ main.main = work
 entry.main()
 """
 
+WHILE_MACHINE_CODE_IS_LOADED = """
+import os, signal, traceback
+from snakebot.cli import entry
+from numba.core.codegen import JITCodeLibrary
+answer = JITCodeLibrary._object_getbuffer_hook
+def asked(module):
+    importing = any(call.filename.startswith("<frozen importlib") for call in traceback.extract_stack())
+    if not importing and not asked.before:
+        asked.before = True
+        os.kill(os.getpid(), signal.SIGINT)
+        len("the handler is called here")
+    return answer(module)
+asked.before = False
+JITCodeLibrary._object_getbuffer_hook = staticmethod(asked)
+entry.main()
+"""
+
 LOST = """
 import contextlib, os, signal
 from snakebot.cli import entry
@@ -139,6 +156,13 @@ def test_where_a_library_makes_another_error_of_it() -> None:
 def test_where_a_library_loses_it_no_run_begins(tmp_path: Path) -> None:
     status, _, said = python(LOST, *RUN, str(tmp_path / "a.mcap"))
     quiet(status, said)
+    assert not list(tmp_path.glob("*.mcap"))
+
+
+def test_where_a_callback_of_the_compiler_would_lose_it(tmp_path: Path) -> None:
+    status, _, said = python(WHILE_MACHINE_CODE_IS_LOADED, *RUN, str(tmp_path / "a.mcap"))
+    quiet(status, said)
+    assert said
     assert not list(tmp_path.glob("*.mcap"))
 
 

@@ -18,6 +18,7 @@ _FAR_RAD = 3.4  # beyond what the wire carries of an angle, 3.2767 rad
 _FAR_COUNTS = 33_000  # beyond what the wire carries of a count, 32767: whole turns
 _STRETCH = 10  # samples over which positions are compared with speeds
 _PLACE_M = 2e-4  # by which two positions on the wire may be off: a step of 1e-4 m in x and in y
+_ARRIVES_S = 0.02  # an answer that is not closed waits for the next heartbeat, 100 ms
 _OUTSIDE_RAD = 0.08  # beyond a joint's limit
 
 
@@ -37,6 +38,8 @@ def tells_its_pose(bench: Bench) -> None:
 
     bench.heard.clear()
     bench.stream(1.0, wave)
+    bench.listen(_ARRIVES_S)
+    told = {type(m): m.sample for m in bench.heard if isinstance(m, State | PoseMotion)}
     bench.ping()
     parts = [m for m in bench.heard if isinstance(m, State | Applied | PosePosition | PoseMotion)]
     if not bench.lab.plate.pose:
@@ -52,6 +55,10 @@ def tells_its_pose(bench: Bench) -> None:
     expect(
         [m.sample for m in places] == numbers and [m.sample for m in motions] == numbers,
         f"{len(states)} samples, {len(places)} positions and {len(motions)} motions, or other numbers",
+    )
+    expect(
+        told.get(PoseMotion) == told.get(State),
+        f"{1e3 * _ARRIVES_S:.0f} ms after sample {told.get(State)} its pose had not come: is the last frame closed?",
     )
     for before, after in itertools.pairwise(parts):
         right = isinstance(after, PosePosition | PoseMotion) == isinstance(

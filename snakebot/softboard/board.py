@@ -31,7 +31,7 @@ from snakebot.softboard.buildable import check_board
 from snakebot.softboard.configuration import Configuration
 from snakebot.softboard.hardware import Hardware, HardwareFault
 from snakebot.softboard.joints import DrivenJoints
-from snakebot.softboard.modes import WATCHDOG_MS, Expiry, ModeMachine
+from snakebot.softboard.modes import WATCHDOG_MS, ModeMachine
 from snakebot.softboard.ownclock import OwnClock
 from snakebot.softboard.plant import JointPlant, make_plant
 from snakebot.softboard.register import AssembledTick, SetpointRegister
@@ -284,7 +284,7 @@ class SoftBoard:
 
     def _do_due(self, t_s: float) -> None:
         if self._machine.due_s <= t_s:
-            if self._machine.expire(t_s) is Expiry.WATCHDOG:
+            if self._machine.expire(t_s):
                 self._fault_event()
             else:
                 self._power()

@@ -6,7 +6,6 @@ No wire, no plant, no clock: times are seconds of the board's own clock, handed 
 from __future__ import annotations
 
 import math
-from enum import Enum, auto
 
 from firmware_protocol.catalogue import LATCHES, NOBODY, Fault, Mode, Result
 
@@ -25,13 +24,6 @@ _TRANSITIONS: dict[Mode, frozenset[Mode]] = {
 }
 _HELD_MODES = (Mode.ARMED, Mode.HOLDING)
 _REQUESTABLE = (Mode.DISARMED, Mode.ARMED, Mode.HOLDING)
-
-
-class Expiry(Enum):
-    """What a timer did."""
-
-    WATCHDOG = auto()  # the mode is now FAULT, the joints are frozen
-    RELAX = auto()  # the joints have lost power
 
 
 class ModeMachine:
@@ -59,13 +51,13 @@ class ModeMachine:
             return self.fault_since_s + RELAX_S
         return math.inf
 
-    def expire(self, t_s: float) -> Expiry:
-        """The timer of ``due_s`` has run out at ``t_s``."""
+    def expire(self, t_s: float) -> bool:
+        """The timer of ``due_s`` has run out at ``t_s``. True: the watchdog; False: a fault has lasted long enough."""
         if self.mode is Mode.FAULT:
             self.powered = False
-            return Expiry.RELAX
+            return False
         self.fail(Fault.WATCHDOG, t_s)
-        return Expiry.WATCHDOG
+        return True
 
     def held_against(self, host: int) -> bool:
         """Another host holds the board: requests of this one are not looked at."""

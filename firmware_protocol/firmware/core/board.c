@@ -38,8 +38,7 @@ static uint32_t next(uint32_t due_us, uint32_t period_us, uint32_t now_us)
 
 static void expire(struct sb_board *board, uint32_t due_us)
 {
-    const enum sb_expiry expiry = sb_modes_expire(&board->modes, due_us);
-    if (expiry == SB_EXPIRY_WATCHDOG) {
+    if (sb_modes_expire(&board->modes, due_us)) {
         sb_say_fault(board);
     } else {
         sb_joints_power(&board->joints, board->modes.powered);

@@ -150,12 +150,12 @@ bool sb_modes_due(const struct sb_modes *modes, uint32_t *due_us)
     }
 }
 
-enum sb_expiry sb_modes_expire(struct sb_modes *modes, uint32_t due_us)
+bool sb_modes_expire(struct sb_modes *modes, uint32_t due_us)
 {
     if (modes->mode == FAULT) {
         modes->powered = false;
-        return SB_EXPIRY_RELAX;
+        return false;
     }
     const struct sb_hardware_fault watchdog = {SNAKEBOT_FAULT_EVENT_CODE_WATCHDOG_CHOICE, 0u, 0};
-    return sb_modes_fail(modes, watchdog, due_us) ? SB_EXPIRY_WATCHDOG : SB_EXPIRY_NONE;
+    return sb_modes_fail(modes, watchdog, due_us);
 }

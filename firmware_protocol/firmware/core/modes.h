@@ -28,12 +28,6 @@ struct sb_answer {
     uint8_t detail;
 };
 
-enum sb_expiry {
-    SB_EXPIRY_NONE,
-    SB_EXPIRY_WATCHDOG, /* the mode is now fault, the joints are frozen */
-    SB_EXPIRY_RELAX     /* the joints have lost power */
-};
-
 /* Armed or holding: somebody has the board. */
 bool sb_modes_held(const struct sb_modes *modes);
 
@@ -61,7 +55,7 @@ void sb_modes_heartbeat(struct sb_modes *modes, uint32_t host, uint32_t now_us);
 /* When the timer of this mode runs out; false if none runs. */
 bool sb_modes_due(const struct sb_modes *modes, uint32_t *due_us);
 
-/* The timer that ran out at `due_us` does its work. */
-enum sb_expiry sb_modes_expire(struct sb_modes *modes, uint32_t due_us);
+/* The timer that ran out at `due_us` does its work: true is a fault of the watchdog, false the end of a fault's power. */
+bool sb_modes_expire(struct sb_modes *modes, uint32_t due_us);
 
 #endif

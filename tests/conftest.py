@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -25,6 +26,11 @@ settings.load_profile("untimed")
 # where numba keeps its own whatever this variable says.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+
+# A shell has Ctrl-C ignored by what it starts in the background, and all that is started from there has: a suite that
+# runs in the background gives its programs Ctrl-C as a terminal does.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 pytest_plugins = ["built_boards", "core_and_tools", "recordings", "servo_ends", "viewed_run", "visits"]
 

@@ -115,11 +115,9 @@ def quiet(status: int, said: str) -> None:
 
 
 def start(*arguments: str) -> subprocess.Popen[str]:
-    """Python, with Ctrl-C as a terminal gives it: who is started in the background of a shell has it ignored."""
     return subprocess.Popen(
-        [sys.executable, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )  # fmt: skip
+        [sys.executable, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
 
 
 def python(code: str, *arguments: str) -> tuple[int, str, str]:

@@ -34,11 +34,13 @@ def _on_interrupt(_: int, frame: FrameType | None) -> None:
 
 
 # Where KeyboardInterrupt does harm: modules in mid-import (compiled ones print an error of their own), and machine code
-# that is being loaded (LLVM asks for it through a callback, which cannot raise; without an answer it has no code).
+# that is being loaded. LLVM asks for it through a callback, which cannot raise, and has no code without an answer; of
+# what a function needs when it first begins, numba does not look whether it came.
 _INDIVISIBLE = (
     "<frozen importlib._bootstrap>",
-    "numba/core/caching.py",
     "llvmlite/binding/executionengine.py",
+    "numba/core/caching.py",
+    "numba/core/serialize.py",
 )
 
 

@@ -78,20 +78,27 @@ entry.main()
 """
 
 WHILE_MACHINE_CODE_IS_LOADED = """
-import os, signal, traceback
+import os, signal, sys, traceback
 from snakebot.cli import entry
+from numba.core import serialize
 from numba.core.codegen import JITCodeLibrary
-answer = JITCodeLibrary._object_getbuffer_hook
-def asked(module):
-    importing = any(call.filename.startswith("<frozen importlib") for call in traceback.extract_stack())
-    if not importing and not asked.before:
-        asked.before = True
-        os.kill(os.getpid(), signal.SIGINT)
-        len("the handler is called here")
-    return answer(module)
-asked.before = False
-JITCodeLibrary._object_getbuffer_hook = staticmethod(asked)
+asked = sys.argv.pop(1)
+def interrupted(answer):
+    def function(*arguments):
+        importing = any(call.filename.startswith("<frozen importlib") for call in traceback.extract_stack())
+        if not importing and not sent:
+            sent.append(True)
+            os.kill(os.getpid(), signal.SIGINT)
+            len("the handler is called here")
+        return answer(*arguments)
+    return function
+sent = []
+if asked == "code":
+    JITCodeLibrary._object_getbuffer_hook = staticmethod(interrupted(JITCodeLibrary._object_getbuffer_hook))
+else:
+    serialize.cloudpickle.loads = interrupted(serialize.cloudpickle.loads)
 entry.main()
+assert sent
 """
 
 LOST = """
@@ -157,8 +164,9 @@ def test_where_a_library_loses_it_no_run_begins(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("*.mcap"))
 
 
-def test_where_a_callback_of_the_compiler_would_lose_it(tmp_path: Path) -> None:
-    status, _, said = python(WHILE_MACHINE_CODE_IS_LOADED, *RUN, str(tmp_path / "a.mcap"))
+@pytest.mark.parametrize("asked", ["code", "constants"])
+def test_where_the_compiler_would_crash_of_it(asked: str, tmp_path: Path) -> None:
+    status, _, said = python(WHILE_MACHINE_CODE_IS_LOADED, asked, *RUN, str(tmp_path / "a.mcap"))
     quiet(status, said)
     assert said
     assert not list(tmp_path.glob("*.mcap"))

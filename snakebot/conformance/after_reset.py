@@ -63,9 +63,7 @@ def unread_joints_stand_at_nought(bench: Bench) -> None:
         trim(joint, 0.1 if joint % 2 else -0.1)
         lose(joint, True)
         try:
-            bench.reset()
-            bench.identify()
-            bench.begin()
+            bench.start_anew()
             applied = bench.sample().applied_rad[joint - 1]
             expect(abs(applied) < 1e-9, f"joint {joint} was never read, and is told as applied {applied} rad")
         finally:

@@ -145,6 +145,13 @@ class Bench(Exchange):
             number = self.wait(msg.FaultEvent, 0.5).number
         return self.ask(msg.ClearRequest(self.token(), number, self.host if host is None else host))
 
+    def start_anew(self) -> None:
+        """Switch the board off and on, where somebody can: what it said before is forgotten."""
+        assert self.reset is not None
+        self.reset()
+        self.identify()
+        self.begin()
+
     def fresh(self) -> None:
         """Disarmed, nobody's, joints active, limits as built in: how every case begins and ends."""
         if self.info is None:

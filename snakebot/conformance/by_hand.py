@@ -177,7 +177,6 @@ def feels_joint_modes(bench: Bench) -> None:
     needs=("turn_joint", "reset"),
 )
 def rigid_joints_relax(bench: Bench) -> None:
-    assert bench.reset is not None
     for kind, after in itertools.product(
         (JointMode.RIGID, JointMode.RIGID_HERE), ("2 s", "a clear", "a reset")
     ):
@@ -191,9 +190,7 @@ def rigid_joints_relax(bench: Bench) -> None:
         elif after == "a clear":
             bench.make_safe()
         else:
-            bench.reset()
-            bench.identify()
-            bench.begin()
+            bench.start_anew()
         feel(bench, _none(bench), f"{kind.name.lower()}, frozen by a fault, after {after}")
 
 
@@ -219,13 +216,10 @@ def reads_when_it_executes(bench: Bench) -> None:
 
 @case("A reset takes the power of every joint, whatever mode it comes in.", needs=("turn_joint", "reset"))
 def a_reset_takes_all_power(bench: Bench) -> None:
-    assert bench.reset is not None
     for mode in (Mode.ARMED, Mode.HOLDING, Mode.FAULT):
         bench.fresh()
         bench.enter(mode)
-        bench.reset()
-        bench.identify()
-        bench.begin()
+        bench.start_anew()
         feel(bench, _none(bench), f"after a reset while {mode.name.lower()}")
 
 

@@ -39,16 +39,13 @@ def _stream_away(bench: Bench, side: float) -> None:
 def unread_joints_get_no_power(bench: Bench) -> None:
     lose = bench.lab.lose_encoder
     assert lose is not None
-    assert bench.reset is not None
     for joint in range(1, bench.joints + 1):
         bench.fresh()
         side = 1.0 if joint % 2 else -1.0
         before = angles_of(bench, read_now(bench))
         lose(joint, True)
         try:
-            bench.reset()
-            bench.identify()
-            bench.begin()
+            bench.start_anew()
             counts = read_now(bench).measured_counts
             missing = [number for number, c in enumerate(counts, start=1) if c is None]
             expect(

@@ -294,9 +294,7 @@ def has_the_limits_on_its_plate(bench: Bench) -> None:
     plate = bench.lab.plate
     assert plate is not None
     if bench.reset is not None:  # a limit beyond the wire does not come back by a request
-        bench.reset()
-        bench.identify()
-        bench.begin()
+        bench.start_anew()
     reports = reports_of(bench, InfoRequest(bench.host))
     for joint, limits in enumerate(plate.limits, start=1):
         report = reports[joint]

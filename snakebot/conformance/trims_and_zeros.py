@@ -104,16 +104,13 @@ def rigid_joints_take_their_own_trims(bench: Bench) -> None:
 
 @case("The largest trims are kept over a reset, and are in force at once after it.", needs=("reset",))
 def a_reset_brings_trims_into_force(bench: Bench) -> None:
-    assert bench.reset is not None
     if not bench.simulated:
         raise NotApplicableError("a trim cannot be read back: on a real robot it is left alone")
     for side in (1.0, -1.0):
         with _trimmed(bench, _alternating(bench, side, MAX_TRIM_RAD, 0.0)):
             bench.stand_at(bench.arm(), 0.4, "the stream")
             bench.make_safe()
-            bench.reset()
-            bench.identify()
-            bench.begin()
+            bench.start_anew()
             before = angles_of(bench, read_now(bench))
             for joint in range(1, bench.joints + 1):
                 answer = bench.set_limit(joint, LimitKind.SPEED, 0.1)
@@ -258,9 +255,7 @@ def forgets_impossible_trims(bench: Bench) -> None:
     for joint in range(1, bench.joints + 1):
         for steps in (most + 1, -most - 1, 32767, -32768):
             store(joint, steps)
-            bench.reset()
-            bench.identify()
-            bench.begin()
+            bench.start_anew()
             moved = max(abs(trim) for trim in _trims_seen(bench))
             expect(
                 moved < 0.005,

@@ -35,6 +35,8 @@ class Parameter:
         words: what it is called in a lab, for tables and sentences.
         real_share: standard deviation of what fits a real joint, as a share of the distance from neutral; more than
             ``REAL_SHARE`` where the library's formula leaves out what every such joint has.
+        stride: change, in ``unit``, over which a slope is taken where a small change shows nothing at all: set-points
+            are held for a tick, so that a delay before a quick servo acts by whole ticks; 0: there is none.
         shown: unit in which a lab says it, and how many of those are in one of ``unit``; None: ``unit`` itself.
     """
 
@@ -53,6 +55,7 @@ class Parameter:
     neutral: float = 0.0
     words: str = ""
     real_share: float = REAL_SHARE
+    stride: float = 0.0
     shown: tuple[str, float] | None = None
 
     def contains(self, value: float) -> bool:

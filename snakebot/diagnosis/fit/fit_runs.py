@@ -19,7 +19,7 @@ from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
 from snakebot.diagnosis.evidence.predictor import Predictor
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.evidence.tolerance import ShiftLimits, StackedTimes, shifts_s
-from snakebot.diagnosis.fit.hypothesis import Hypothesis, bounds
+from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.least_squares import Fit, minimise, multi_start
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.effects.spec import EffectSpec
@@ -97,7 +97,7 @@ def fit_runs(
     count = len(hypothesis.parameters)
     best = np.array(starts[0], dtype=np.float64) if len(starts) else np.zeros(0)
     spread, information = np.full((count, count), np.nan), np.full(count, np.nan)
-    lower, upper, log = bounds(hypothesis.parameters)
+    box = Box.of(hypothesis.parameters)
     body = of_body(hypothesis)
     for side in sides:
         mine = body if side else ~body
@@ -105,9 +105,9 @@ def fit_runs(
             mine = mine & only
         if not mine.any():
             continue
-        specs, box = specs_from(hypothesis, best, mine), (lower[mine], upper[mine], log[mine])
+        specs, mine_in = specs_from(hypothesis, best, mine), box.among(mine)
         if side:
-            problem = ground_problem(evidence.ground, evidence.predictor, specs, runs, *box)
+            problem = ground_problem(evidence.ground, evidence.predictor, specs, runs, mine_in)
         else:
             problem = angle_problem(
                 evidence.angles,
@@ -115,7 +115,7 @@ def fit_runs(
                 hypothesis,
                 specs,
                 runs,
-                *box,
+                mine_in,
                 rough=rough,
                 mine=mine,
                 at=best,
@@ -159,9 +159,7 @@ def angle_problem(
     hypothesis: Hypothesis,
     specs: Specs,
     runs: Sequence[int],
-    lower: Floats,
-    upper: Floats,
-    log: Bools,
+    box: Box,
     *,
     rough: bool,
     mine: Bools,
@@ -214,9 +212,7 @@ def angle_problem(
         np.zeros(len(joints), dtype=np.int64) if meet else _sharing(touches),
         stacked.block,
         angles.fitted_square,
-        lower,
-        upper,
-        log,
+        *box,
         touches=None if meet else touches,
         some=stacked.spread(of_some),
         secant=meet and not cheap,
@@ -347,9 +343,7 @@ def ground_problem(
     predictor: Predictor,
     specs: Specs,
     runs: Sequence[int],
-    lower: Floats,
-    upper: Floats,
-    log: Bools,
+    box: Box,
 ) -> Problem | None:
     """``specs`` of the open parameters, with these bounds, against the motion over ground; None where none is known."""
     if ground is None:
@@ -363,4 +357,4 @@ def ground_problem(
         left = ground_residuals(ground, predictor, specs(theta[0]), runs, runs)
         return np.where(rows, np.nan_to_num(left), 0.0)[:, None]
 
-    return Problem(residual, np.zeros(1, dtype=np.int64), block, ground.allowed_square, lower, upper, log)
+    return Problem(residual, np.zeros(1, dtype=np.int64), block, ground.allowed_square, *box)

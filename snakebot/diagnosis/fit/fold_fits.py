@@ -23,7 +23,7 @@ from snakebot.diagnosis.fit.fit_runs import (
     of_body,
     specs_from,
 )
-from snakebot.diagnosis.fit.hypothesis import Hypothesis, bounds
+from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.least_squares import refit
 
 FOLD_STEPS = 8  # iterations from the fit to all runs, which is near; chosen
@@ -53,10 +53,10 @@ def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> li
 def _sizes(hypothesis: Hypothesis, theta: Floats) -> Floats:
     """(p,) distance of each parameter from its usual value, at least its prior's spread; on the fitted scale."""
     usual, believed = np.array([(p.typical, p.spread) for p in hypothesis.parameters]).T
-    lower, upper, log = bounds(hypothesis.parameters)
-    inside = np.clip(theta, lower, upper)
-    ratio = np.divide(inside, usual, out=np.ones_like(usual), where=log)
-    return np.asarray(np.maximum(believed, np.abs(np.where(log, np.log(ratio), inside - usual))))
+    box = Box.of(hypothesis.parameters)
+    inside = np.clip(theta, box.lower, box.upper)
+    ratio = np.divide(inside, usual, out=np.ones_like(usual), where=box.logarithmic)
+    return np.asarray(np.maximum(believed, np.abs(np.where(box.logarithmic, np.log(ratio), inside - usual))))
 
 
 def _near(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Fitted]:
@@ -74,8 +74,6 @@ def _near(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Fit
     if not (costly and mine.any()):
         return found
 
-    lower, upper, log = bounds(hypothesis.parameters)
-    box = (lower[mine], upper[mine], log[mine])
     whole = specs_from(hypothesis, theta, mine)
     problem = angle_problem(
         evidence.angles,
@@ -83,7 +81,7 @@ def _near(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Fit
         hypothesis,
         whole,
         evidence.split.free,
-        *box,
+        Box.of(hypothesis.parameters).among(mine),
         rough=False,
         mine=mine,
         at=theta,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -176,12 +177,28 @@ class Hypothesis:
         return " & ".join(one(t) for t in self.terms) or "nominal"
 
 
-def bounds(parameters: Sequence[Parameter]) -> tuple[Floats, Floats, Bools]:
-    """Lower, upper, and which are fitted on a logarithmic scale."""
-    lower = np.array([p.lower for p in parameters], dtype=np.float64)
-    upper = np.array([p.upper for p in parameters], dtype=np.float64)
-    log = np.array([p.scale == "log" and p.lower > 0 for p in parameters], dtype=bool)
-    return lower, upper, log
+class Box(NamedTuple):
+    """What some parameters may be, (p,) each: ``lower`` and ``upper``, which are fitted on a ``logarithmic`` scale, and
+    the ``stride`` over which slopes are taken where a small change shows nothing.
+    """
+
+    lower: Floats
+    upper: Floats
+    logarithmic: Bools
+    stride: Floats
+
+    @staticmethod
+    def of(parameters: Sequence[Parameter]) -> Box:
+        return Box(
+            np.array([p.lower for p in parameters], dtype=np.float64),
+            np.array([p.upper for p in parameters], dtype=np.float64),
+            np.array([p.scale == "log" and p.lower > 0 for p in parameters], dtype=bool),
+            np.array([p.stride for p in parameters], dtype=np.float64),
+        )
+
+    def among(self, wanted: Bools) -> Box:
+        """Of the parameters that are ``wanted`` (p,)."""
+        return Box(self.lower[wanted], self.upper[wanted], self.logarithmic[wanted], self.stride[wanted])
 
 
 def fixed_by(known: Mapping[str, float], effect: str) -> tuple[tuple[str, float], ...]:

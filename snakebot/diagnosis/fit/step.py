@@ -31,6 +31,7 @@ class Problem:
         allowed_square: (B,) allowed spread of each block.
         lower, upper: (p,) bounds.
         logarithmic: (p,) fitted on a logarithmic scale.
+        stride: (p,) change over which a slope is taken where a small one shows nothing at all; 0 or None: none.
         idle: residual where what is fitted does nothing: a search that starts there stays there.
         touches: (p, U') which columns a parameter can change at all; None: any of its unit. Parameters that share no
             column are perturbed together (Curtis, Powell and Reid 1974).
@@ -49,6 +50,7 @@ class Problem:
     lower: Floats
     upper: Floats
     logarithmic: Bools
+    stride: Floats | None = None
     idle: Floats | None = None
     touches: Bools | None = None
     some: Callable[[Floats, Bools], Floats] | None = None
@@ -141,13 +143,28 @@ def _differences(
     problem: Problem, z: Floats, residual: Floats, active: Bools | None, only: Bools | None = None
 ) -> Floats:
     """``jacobian_at`` by the problem itself; zeros for parameters (p,) other than ``only``, all if None."""
-    low, high = problem.low, problem.high
-    step = np.where(problem.logarithmic, LOG_STEP, STEP * (high - low))
-    there = np.clip(z + np.where(z + step > high, -step, step), low, high)
-    out = np.zeros((z.shape[1], *residual.shape))
     wanted = (np.ones(z.shape[0], dtype=bool) if active is None else active)[problem.unit]
     chosen = np.ones(z.shape[1], dtype=bool) if only is None else only
-    groups = _apart(problem, np.flatnonzero(chosen).tolist(), wanted)
+    small = np.where(problem.logarithmic, LOG_STEP, STEP * (problem.high - problem.low))
+    out = _slopes_over(problem, z, residual, small, wanted, np.flatnonzero(chosen).tolist())
+    if problem.stride is not None:
+        flat = (chosen & (problem.stride > 0))[:, None] & wanted & ~out.any(axis=1)
+        if problem.touches is not None:
+            flat &= problem.touches
+        longer, columns = np.flatnonzero(flat.any(axis=1)).tolist(), np.asarray(flat.any(axis=0))
+        far = _slopes_over(problem, z, residual, problem.stride, columns, longer)
+        out = np.where(flat[:, None, :], far, out)
+    return out
+
+
+def _slopes_over(
+    problem: Problem, z: Floats, residual: Floats, step: Floats, wanted: Bools, parameters: Sequence[int]
+) -> Floats:
+    """(p, N, U') differences over a ``step`` (p,) of some parameters in ``wanted`` columns (U',), zeros elsewhere."""
+    low, high = problem.low, problem.high
+    there = np.clip(z + np.where(z + step > high, -step, step), low, high)
+    out = np.zeros((z.shape[1], *residual.shape))
+    groups = _apart(problem, parameters, wanted)
 
     def perturbed(together: list[int]) -> Floats:
         moved = z.copy()

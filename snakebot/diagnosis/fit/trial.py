@@ -13,7 +13,7 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import GROUND, Scoring
 from snakebot.diagnosis.fit.fit_runs import StackedAngles, fit_runs, ground_residuals, shift_limits
 from snakebot.diagnosis.fit.fold_fits import fold_thetas
-from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, bounds
+from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
 from snakebot.diagnosis.fit.least_squares import Fit, multi_start
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.effects.spec import EffectSpec
@@ -222,13 +222,12 @@ def each_joint(
     def residual(theta: Floats, some: StackedAngles) -> Floats:
         return left(some, *specs_of(effect_terms, theta))
 
-    bounded = bounds(effect_terms[0].open)
     problem = Problem(
         lambda theta: residual(theta, stacked),
         stacked.columns,
         stacked.block,
         stacked.allowed_square,
-        *bounded,
+        *Box.of(effect_terms[0].open),
         idle=left(stacked),
         some=None if needs_body else stacked.spread(residual),
     )

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.diagnosis.fit.hypothesis import Hypothesis, bounds
+from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.proposal.separation import (
     SimulatedMotion,
     block_means,
@@ -76,10 +76,10 @@ def _turns_of(
 ) -> tuple[tuple[tuple[Floats, Floats | None], ...], ...]:
     """Of each open parameter, what the motions show of one standard deviation of its prior."""
     hypothesis, theta, out = made.hypothesis, made.theta, []
-    lower, upper, _ = bounds(hypothesis.parameters)
+    box = Box.of(hypothesis.parameters)
     for i, parameter in enumerate(hypothesis.parameters):
         size = PRIOR_STEP * parameter.spread * (abs(theta[i]) if parameter.scale == "log" else 1.0)
-        step = size if theta[i] + size <= upper[i] else -min(size, theta[i] - lower[i])
+        step = size if theta[i] + size <= box.upper[i] else -min(size, theta[i] - box.lower[i])
         if step == 0.0:
             continue
         moved = theta.copy()
@@ -118,7 +118,7 @@ def shows(motions: Sequence[SimulatedMotion], effect: Foreseen, nominal: Foresee
 
 def _moved(rival: Foreseen, share: Floats) -> Floats:
     parameters = rival.hypothesis.parameters
-    lower, upper, log = bounds(parameters)
+    lower, upper, log, _ = Box.of(parameters)
     spread = np.array([p.spread for p in parameters])
     straight = (
         rival.theta

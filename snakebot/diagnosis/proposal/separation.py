@@ -18,7 +18,7 @@ from snakebot.diagnosis.evidence.data import BLOCK_S
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
 from snakebot.diagnosis.evidence.tolerance import SHAPE_TOLERANCE, StackedTimes, shift_limit_s
-from snakebot.diagnosis.fit.hypothesis import Hypothesis, bounds
+from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.proposal.menu import RAMP_S, MenuMotion
 from snakebot.effects.prediction import joint_run
@@ -275,7 +275,7 @@ def directions(trial: Trial) -> list[Floats]:
 
 def _moved(trial: Trial, step: Floats) -> tuple[Floats, float]:
     """Parameters a step off the fit, and the share of it that the bounds allow; backwards where that is more."""
-    lower, upper, _ = bounds(trial.hypothesis.parameters)
+    lower, upper, _, _ = Box.of(trial.hypothesis.parameters)
     best, share = trial.theta, 0.0
     for sign in (1.0, -1.0):
         end = np.where(sign * step > 0, upper, lower)

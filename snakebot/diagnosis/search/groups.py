@@ -15,7 +15,7 @@ from snakebot.diagnosis.evidence.blocks import CLEAR_SE
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE, Scoring
-from snakebot.diagnosis.fit.hypothesis import bounds
+from snakebot.diagnosis.fit.hypothesis import Box
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.search.acceptance import lead, touched
@@ -63,7 +63,7 @@ def degenerate(best: Trial, rival: Trial) -> bool:
     """Whether a rival with more parameters has shrunk to the simpler ``best``: one of them is at its bound."""
     if rival.theta.size <= best.theta.size:
         return False
-    lower, upper, log = bounds(rival.hypothesis.parameters)
+    lower, upper, log, _ = Box.of(rival.hypothesis.parameters)
     near = AT_BOUND * np.where(log, rival.theta, upper - lower)
     at_bound = (rival.theta - lower < 0.1 * near) | (log & (upper - rival.theta < near))
     return bool(at_bound.any())

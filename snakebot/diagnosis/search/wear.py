@@ -19,7 +19,7 @@ from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE, CHANGED, Scoring
 from snakebot.diagnosis.fit.fit_runs import StackedAngles
-from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, bounds
+from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
 from snakebot.diagnosis.fit.least_squares import linearised, minimise, refit, wide_allowance
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.diagnosis.fit.trial import Trial, run_trial
@@ -197,7 +197,7 @@ class _Bench:
         self.stacked = StackedAngles.of(angles, self.columns, self.runs, None)
         ends = np.cumsum([len(t.open) for t in terms])
         self.parts = [slice(int(e) - len(t.open), int(e)) for e, t in zip(ends, terms, strict=True)]
-        self.box = bounds([p for t in terms for p in t.open])
+        self.box = Box.of([p for t in terms for p in t.open])
         self.block = self.stacked.block
         self.used = self.block >= 0
         self.size = np.bincount(self.block[self.used], minlength=angles.blocks.count)

@@ -67,6 +67,7 @@ class CommandDelay(Effect):
             spread=0.05,
             scale="linear",
             words="delay",
+            stride=0.02,  # a tick of 50 Hz, the slowest that servos are commanded at
             shown=("ms", 1000.0),
         ),
     )

@@ -76,6 +76,25 @@ def test_no_search_begins_where_what_is_fitted_does_nothing() -> None:
     assert multi_start(awake, starts, 1).theta[0, 0] == pytest.approx(1.6, abs=1e-3)
 
 
+@pytest.mark.parametrize(("stride", "end"), [(0.0, 0.0), (0.02, 0.1)])
+def test_a_parameter_that_acts_by_whole_ticks_is_found_over_a_stride(stride: float, end: float) -> None:
+    """A delay of held set-points: small changes of it show nothing."""
+    tick_s = 0.02
+    t = np.arange(200) * tick_s
+
+    def late(delay_s: float) -> np.ndarray:
+        return np.asarray(np.sin(2 * (t - tick_s * np.ceil(delay_s / tick_s - 1e-9))))
+
+    def residual(theta: np.ndarray) -> np.ndarray:
+        return np.asarray((late(0.1) - late(theta[0, 0]))[:, None])
+
+    block = (np.arange(200) // 20)[:, None]
+    box = (np.zeros(1), np.array([0.5]), np.zeros(1, dtype=bool), np.array([stride]))
+    problem = Problem(residual, np.zeros(1, dtype=np.int64), block, np.full(10, 1e-6), *box)
+    found = minimise(problem, np.array([[0.011]])).theta[0, 0]
+    assert found == pytest.approx(0.011 if stride == 0 else end, abs=0.011 if stride else 1e-9)
+
+
 def test_parameters_that_share_no_column_are_perturbed_together_and_come_out_alike() -> None:
     x, calls = np.linspace(0, 4, 100)[:, None], [0]
     truth = np.array([2.0, 0.7, 1.4, 0.3])

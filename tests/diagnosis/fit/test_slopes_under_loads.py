@@ -12,7 +12,7 @@ from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.fit import fit_runs
 from snakebot.diagnosis.fit.fit_runs import angle_problem, specs_from
-from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, bounds
+from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
 from snakebot.diagnosis.fit.step import Problem, from_scale, jacobian_at, to_scale
 
 EACH = (1, 2, 3, 4, 5)
@@ -30,7 +30,7 @@ def problem_of(evidence: Evidence, hypothesis: Hypothesis, theta: list[float]) -
     at, every = np.array(theta), np.ones(len(theta), dtype=bool)
     problem = angle_problem(
         evidence.angles, evidence.predictor.simulator, hypothesis,
-        specs_from(hypothesis, at, every), evidence.split.free, *bounds(hypothesis.parameters),
+        specs_from(hypothesis, at, every), evidence.split.free, Box.of(hypothesis.parameters),
         rough=False, mine=every, at=at,
     )  # fmt: skip
     assert problem is not None

@@ -11,14 +11,11 @@ from snakebot.diagnosis.options import Options
 from snakebot.diagnosis.result import Verdict
 from snakebot.diagnosis.search.search import SearchResult
 from snakebot.diagnosis.verdict.noise import EncoderScatter, noise_effect, noisy_encoders
-from snakebot.diagnosis.verdict.rest import MUCH_LEFT, Rest, held_out_rest, rest_of, runs_with_gap
+from snakebot.diagnosis.verdict.rest import Rest, held_out_rest, rest_of, runs_with_gap
 
-SOME_LEFT = 0.08  # share of the gap that may not be left over if it is more than noise can be; chosen
-PREDICTABLE = 0.4  # share of such a rest that the flexible model predicts on held-out gaits; chosen
 # Share of the gap that may be left where it is partly explained; by definition, its causes close at least half
 # (docs/diagnosis-method.md).
 MOST_LEFT_OVER = 0.5
-FAR_ABOVE = 20.0  # mean square of such a rest over the allowed one; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +53,7 @@ def decide(facts: VerdictFacts) -> Verdict:
         if facts.floor_hides_gap:
             return "unexplained"
         return "explained" if facts.noisy else "no_gap"
-    if not facts.explanation or _too_much(facts.rest):
+    if not facts.explanation or facts.rest.is_too_much:
         return _partly(facts, facts.rest)
     return "explained"
 
@@ -65,14 +62,6 @@ def _partly(facts: VerdictFacts, rest: Rest) -> Verdict:
     """The verdict where too much is left over."""
     enough = rest.share <= MOST_LEFT_OVER or facts.in_scatter  # what chance leaves over, no prediction closes
     return "partly" if facts.explanation and enough else "unexplained"
-
-
-def _too_much(rest: Rest) -> bool:
-    """Whether a rest is so large that nothing is explained."""
-    if not rest.significant or rest.share <= SOME_LEFT:
-        return False
-    no_noise = rest.predictable > PREDICTABLE or rest.ratio > FAR_ABOVE or rest.gap.ground_significant
-    return rest.share > MUCH_LEFT or no_noise
 
 
 @dataclass(frozen=True, eq=False)

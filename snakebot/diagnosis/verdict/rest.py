@@ -1,4 +1,4 @@
-"""The rest: what the best explanation leaves over, how much of the gap that is, and whether it can be predicted."""
+"""The rest: what the best explanation leaves over, and how much of the gap that is."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from snakebot.diagnosis.evidence.gap import Gap, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.verdict.flexible_model import residual_prediction
 from snakebot.diagnosis.verdict.localise import relative_angle, relative_ground
 
-MUCH_LEFT = 0.2  # share of the gap that no explanation may leave over; chosen
+MOST_LEFT = 0.08  # share of the gap that what explains it may leave over beyond noise and tolerance; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,49 +23,25 @@ class Rest:
     Attributes:
         share: of the gap above what is allowed, in mean squares.
         gap: joint by joint and over ground.
-        predictable: share of it that the flexible reference predicts on held-out gaits.
-        ratio: mean square over the allowed one, on the joints with a rest.
     """
 
     share: float
     gap: Gap
-    predictable: float
-    ratio: float
 
     @property
     def significant(self) -> bool:
         return self.gap.any
 
+    @property
+    def is_too_much(self) -> bool:
+        """Whether it is beyond noise and tolerance, and so large that the gap is not explained."""
+        return self.significant and self.share > MOST_LEFT
+
 
 def rest_of(evidence: Evidence, nominal: Trial, best: Trial) -> Rest:
     """Measure the rest of ``best`` against the gap of ``nominal``, in the blocks that decide."""
-    gap = gap_of(evidence.scoring, best.held_square)
     share = _share(evidence, nominal, best, evidence.scoring.decides)
-    predictable = 0.0
-    if gap.significant.any():
-        residual = best.left
-        simulator = evidence.predictor.simulator
-        loads = [simulator.load(i) for i in range(len(evidence.data.runs))]
-        known = [load for load in loads if load is not None]
-        guess = residual_prediction(
-            evidence.data,
-            evidence.predictor.nominal,
-            residual,
-            known if len(known) == len(loads) else None,
-            evidence.split.folds,
-        )
-        blocks = evidence.angles.blocks
-        left = blocks.mean_square(
-            [
-                r - np.where(run.use, g, 0.0)
-                for r, g, run in zip(residual, guess, evidence.data.runs, strict=True)
-            ]
-        )
-        whole = best.held_square[: blocks.count]
-        over = np.maximum(whole - evidence.angles.floor_square, 0.0)
-        if over.sum() > 0:
-            predictable = float(np.clip((whole - left).sum() / over.sum(), -1.0, 1.0))
-    return Rest(share, gap, predictable, _ratio(evidence.scoring, best, gap))
+    return Rest(share, gap_of(evidence.scoring, best.held_square))
 
 
 def held_out_rest(evidence: Evidence, nominal: Trial, best: Trial) -> Rest | None:
@@ -81,21 +56,14 @@ def held_out_rest(evidence: Evidence, nominal: Trial, best: Trial) -> Rest | Non
         return None
     gap = gap_of(scoring, best.held_square, rows)
     share = _share(evidence, nominal, best, rows)
-    return Rest(share, gap, 0.0, 0.0) if gap.any and share > MUCH_LEFT else None
+    rest = Rest(share, gap)
+    return rest if rest.is_too_much else None
 
 
 def runs_with_gap(scoring: Scoring, shown: tuple[int, ...], trial: Trial) -> tuple[int, ...]:
     """Of the shown runs those in which ``trial`` leaves a gap; all of them if no single one shows it."""
     found = tuple(i for i in shown if gap_of(scoring, trial.held_square, scoring.run == i).any)
     return found or shown
-
-
-def _ratio(scoring: Scoring, best: Trial, gap: Gap) -> float:
-    joints = np.flatnonzero(gap.significant)
-    rows = np.isin(scoring.joint, joints) & scoring.decides
-    if not rows.any():
-        return 0.0
-    return float(best.held_square[rows].mean() / scoring.allowed_square[rows].mean())
 
 
 def _share(evidence: Evidence, nominal: Trial, best: Trial, rows: Bools) -> float:

@@ -8,19 +8,12 @@ import numpy as np
 import pytest
 
 from snakebot.diagnosis.evidence.gap import Gap
-from snakebot.diagnosis.verdict.decision import (
-    FAR_ABOVE,
-    MOST_LEFT_OVER,
-    PREDICTABLE,
-    SOME_LEFT,
-    VerdictFacts,
-    decide,
-)
-from snakebot.diagnosis.verdict.rest import MUCH_LEFT, Rest
+from snakebot.diagnosis.verdict.decision import MOST_LEFT_OVER, VerdictFacts, decide
+from snakebot.diagnosis.verdict.rest import MOST_LEFT, Rest
 
 GAP = Gap(np.array([1e-3]), np.array([True]), np.nan, False)
 NONE = Gap(np.zeros(1), np.array([False]), np.nan, False)
-NO_REST = Rest(share=0.0, gap=NONE, predictable=0.0, ratio=0.0)
+NO_REST = Rest(share=0.0, gap=NONE)
 FACTS = VerdictFacts(
     gap=GAP,
     explanation=True,
@@ -33,8 +26,8 @@ FACTS = VerdictFacts(
 )
 
 
-def rest(share: float, predictable: float = 0.0, ratio: float = 1.0, over_ground: bool = False) -> Rest:
-    return Rest(share, replace(GAP, ground_significant=over_ground), predictable, ratio)
+def rest(share: float) -> Rest:
+    return Rest(share, GAP)
 
 
 def test_a_gap_that_closes_is_explained_and_one_without_an_explanation_is_not() -> None:
@@ -45,17 +38,14 @@ def test_a_gap_that_closes_is_explained_and_one_without_an_explanation_is_not() 
 @pytest.mark.parametrize(
     ("left", "verdict"),
     [
-        (rest(0.9 * SOME_LEFT, predictable=1.0, ratio=1e3, over_ground=True), "explained"),
-        (rest(1.1 * SOME_LEFT), "explained"),
-        (rest(1.1 * SOME_LEFT, predictable=1.1 * PREDICTABLE), "partly"),
-        (rest(1.1 * SOME_LEFT, ratio=1.1 * FAR_ABOVE), "partly"),
-        (rest(1.1 * SOME_LEFT, over_ground=True), "partly"),
-        (rest(1.1 * MUCH_LEFT), "partly"),
+        (rest(0.9 * MOST_LEFT), "explained"),
+        (rest(1.1 * MOST_LEFT), "partly"),
+        (Rest(1.1 * MOST_LEFT, replace(NONE, ground_significant=True)), "partly"),
         (rest(1.1 * MOST_LEFT_OVER), "unexplained"),
         (replace(NO_REST, share=1.0), "explained"),  # within noise and tolerance
     ],
 )
-def test_a_rest_counts_by_its_size_and_by_what_it_is(left: Rest, verdict: str) -> None:
+def test_a_rest_counts_by_its_size_where_it_is_beyond_noise_and_tolerance(left: Rest, verdict: str) -> None:
     assert decide(replace(FACTS, rest=left)) == verdict
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import MIN_SAMPLES, holes, motion_numbers
 from snakebot.diagnosis.evidence.sanity import LEAST_MOTION_COUNTS
 from snakebot.diagnosis.live import starting_set
@@ -226,6 +227,6 @@ def _knows_way(run: Run) -> bool:
     return run.forward_speed_m_s is not None or (run.pose is not None and bool(np.isfinite(run.pose).any()))
 
 
-def _swing(values: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
+def _swing(values: Floats) -> float:
     finite = values[np.isfinite(values)]
     return float(np.ptp(finite)) if finite.size else 0.0

@@ -58,6 +58,11 @@ class Parameter:
     stride: float = 0.0
     shown: tuple[str, float] | None = None
 
+    def __post_init__(self) -> None:
+        """Numbers written as ``0`` or ``10`` are floats: arrays made of them would be of integers."""
+        for name in ("lower", "upper", "typical", "spread", "neutral"):
+            object.__setattr__(self, name, float(getattr(self, name)))
+
     def contains(self, value: float) -> bool:
         return self.lower <= value <= self.upper and (not self.integer or float(value).is_integer())
 

@@ -24,11 +24,12 @@ from firmware_protocol.frame import Frame
 from firmware_protocol.framing import StreamDecoder, pack_all
 from snakebot.errors import NoBoardError
 from snakebot.links.base import Link
+from snakebot.softboard.modes import WATCHDOG_MS
 
 _CHUNK = 65536  # bytes; a pipe's buffer on Linux
 _UNREAD_S = 0.25  # bytes that have waited this long have no reader
 _DOUBT_S = 0.05  # nobody has been seen to read for this long: look before the next word, too
-_BUSY_S = 0.1  # silence of a host that speaks with every tick: what a board's watchdog waits
+_BUSY_S = WATCHDOG_MS / 1000  # silence of a host that speaks with every tick
 _MAX_HOSTS = 16  # on one TCP port: nobody needs more
 _MAX_WAITING = 1024  # connections that the system keeps for us until the next look at the door
 _ADMITTED_AT_ONCE = 64  # a crowd at the door does not keep the board from its work

@@ -13,8 +13,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sessions import make_session, snake
 
 from snakebot.arrays import Floats
+from snakebot.diagnosis import diagnose
 from snakebot.effects import Effect, Plant, assemble, effects, parse_effect, predict
 from snakebot.effects.registry import ENTRY_POINT_GROUP
 from snakebot.robot import robot_from_mapping
@@ -84,6 +86,14 @@ def test_the_test_on_the_page_holds(page: dict[str, Any]) -> None:
     names = {"np": np, "assemble": assemble, "robot_from_mapping": robot_from_mapping}
     exec(blocks("python")[2], names)
     names["test_mark"]()  # type: ignore[operator]
+
+
+def test_the_diagnosis_names_the_effect_of_the_page(page: dict[str, Any]) -> None:
+    """Its priors are written as whole numbers."""
+    session = make_session(snake(), ["encoder_eccentricity:amplitude_deg=4,joints=3"], duration_s=6.0)
+    found = diagnose(session, only=["encoder_eccentricity", "encoder_offset"], quick=True)
+    assert [(cause.effect, cause.joints) for cause in found.causes] == [("encoder_eccentricity", (3,))]
+    assert found.causes[0].parameters["amplitude_deg"].estimate == pytest.approx(4.0, rel=0.05)
 
 
 def test_what_comes_late_is_the_closed_form_also_when_the_servo_was_off(page: dict[str, Any]) -> None:

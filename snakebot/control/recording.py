@@ -9,9 +9,12 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
+from firmware_protocol.catalogue import Fault, StopReason
 from snakebot.board import Board, check_limits
+from snakebot.board.faults import fault_line
+from snakebot.board.stopping import stop_board
 from snakebot.clock import VirtualClock
 from snakebot.control.attending import Attendant
 from snakebot.control.faults import JointFault, check_faults
@@ -21,7 +24,7 @@ from snakebot.control.plans import RunPlan, settle_s
 from snakebot.control.pose_intake import PoseSource
 from snakebot.control.progress import Progress
 from snakebot.control.rate import check_rate
-from snakebot.errors import BadInputError, SnakebotError
+from snakebot.errors import BadInputError, BoardFaultError, SnakebotError
 from snakebot.gait import check_motion
 from snakebot.robot import Robot
 from snakebot.runlog import RunWriter, gait_to_mapping, new_log_path, read_log
@@ -73,15 +76,15 @@ class RecordedRun:
         log_path: its log; a run that was interrupted before its first set-point has none.
         forward_speed_m_s: over the last cycles, from the logged pose; None where there is none, or too little.
         doubts: what its readings say of the robot's wiring, in words: channels that are dead or swapped.
-        asked_late: an emergency "stop", or an "end", that came when the motion was over, while the log was closed.
-            This run could not obey it any more: it is meant for whatever would follow.
+        asked_late: whether its end was asked for when the motion was over, while the log was closed. This run could not
+            obey it any more: it is meant for whatever would follow.
     """
 
     result: RunResult
     log_path: Path
     forward_speed_m_s: float | None = None
     doubts: tuple[str, ...] = ()
-    asked_late: Literal["", "stop", "end"] = ""
+    asked_late: bool = False
 
     @property
     def ended(self) -> str:
@@ -139,7 +142,8 @@ def record(
     Raises:
         BadInputError: see ``check_run``; nothing has moved.
         LogError: the log cannot be made (nothing has moved), or not be written (the robot was ramped down).
-        BoardFaultError: the board refused, faulted, rebooted or was stopped.
+        BoardFaultError: the board refused, faulted, rebooted or was stopped; or a stop was asked for when the motion
+            was over, while the log was closed: the board is stopped then, and the log is whole.
         LostBoardError: the link or the board went away.
         HostLateError: this computer could not keep the tick.
     """
@@ -197,11 +201,14 @@ def _record(
             for host in sorted(board.neighbours.hosts):
                 attendant.tell(f"another host ({host:08x}) spoke on the line of {board.where}")
         speed_m_s, doubts = _end_log(writer, loop, result.ended, robot)
-    late: Literal["", "stop", "end"] = ""
     if loop.emergency_asked:
-        late = "stop"
-    elif loop.end_asked and result.ended == "finished":
-        late = "end"
+        # The joints are relaxed already. But whoever asked is told that it was obeyed: nothing may move until it is
+        # cleared.
+        stop_board(board.link, board.clock, StopReason.EXTERNAL)
+        raise BoardFaultError(
+            f"{board.where}: {fault_line(Fault.EMERGENCY_STOP)}; the motion was over, its log is {writer.path}"
+        )
+    late = loop.end_asked and result.ended == "finished"
     return RecordedRun(result, writer.path, speed_m_s, tuple(doubts), late)
 
 

@@ -6,7 +6,7 @@ import math
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -277,25 +277,41 @@ def test_ctrl_c_in_a_notebook_relaxes_the_joints_and_closes_the_log(tmp_path: Pa
     assert not registry.running()
 
 
-@pytest.mark.parametrize("asked", ["stop", "end", ""])
-def test_what_is_asked_while_the_log_is_closed_is_told(
-    asked: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The motion is over: only whoever would make another run can still obey it."""
-    from snakebot.control import recording
+class AskedLate(Attendant):
+    """Asks for something when the motion is over, while the panel closes or the log is closed."""
 
-    close = recording._end_log
+    def __init__(self, ask: Callable[[RunLoop], None]) -> None:
+        super().__init__("sim:")
+        self.ask = ask
 
-    def asked_meanwhile(writer: RunWriter, loop: RunLoop, *rest: object) -> object:
-        if asked == "stop":
-            signal.raise_signal(registry.STOP_SIGNAL)
-        elif asked == "end":
-            loop.interrupt()
-        return close(writer, loop, *rest)  # type: ignore[arg-type]
+    @contextmanager
+    def while_running(self, loop: RunLoop, log: RunWriter) -> Iterator[None]:
+        with super().while_running(loop, log):
+            yield
+            assert registry.running(), "`snakebot stop` must find what it is to stop"
+            self.ask(loop)
 
-    monkeypatch.setattr(recording, "_end_log", asked_meanwhile)
+
+@pytest.mark.parametrize("asked", [True, False])
+def test_an_end_that_is_asked_for_when_the_motion_is_over_is_told(asked: bool, tmp_path: Path) -> None:
+    """Only whoever would make another run can still obey it."""
+    attendant = AskedLate(RunLoop.interrupt if asked else lambda loop: None)
     settings = RunSettings(log_path=tmp_path / "a.mcap")
     with open_board("sim:", ROBOT, virtual=True) as board:
-        recorded = record(board, ROBOT, plan_run(WAVE, 5, duration_s=5), settings)
+        recorded = record(board, ROBOT, plan_run(WAVE, 5, duration_s=5), settings, attendant)
     assert recorded.ended == "finished"
     assert recorded.asked_late == asked
+
+
+def test_a_stop_that_is_asked_for_when_the_motion_is_over_stays(tmp_path: Path) -> None:
+    """Whoever asked is told that the run has stopped: nothing may move until the stop is cleared."""
+    attendant = AskedLate(lambda loop: signal.raise_signal(registry.STOP_SIGNAL))
+    settings = RunSettings(log_path=tmp_path / "a.mcap")
+    with open_board("sim:", ROBOT, virtual=True) as board:
+        with pytest.raises(BoardFaultError, match=r"emergency stop.*the motion was over.*a\.mcap"):
+            record(board, ROBOT, plan_run(WAVE, 5, duration_s=5), settings, attendant)
+        assert read_log(settings.log_path).complete  # type: ignore[arg-type]
+        kept = RunSettings(log_path=tmp_path / "b.mcap", keep_stop=True)
+        with pytest.raises(BoardFaultError):
+            record(board, ROBOT, plan_run(WAVE, 5, duration_s=5), kept)
+    assert not (tmp_path / "b.mcap").exists()

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Literal
+from typing import Any
 
 import click
 import pytest
@@ -68,7 +68,7 @@ class Desk:
         self.said: list[str] = []
         self.fails_at: int | None = None
         self.interrupted_at: int | None = None
-        self.asked_late: dict[int, Literal["stop", "end"]] = {}  # run -> what came while its log was closed
+        self.asked_late_at: int | None = None
         monkeypatch.setattr("snakebot.cli.execution.execute", self._run)
 
     def _run(
@@ -83,7 +83,7 @@ class Desk:
         ended = "interrupted" if len(self.runs) == self.interrupted_at else "finished"
         progress = Progress(12.0, TrackingSoFar(robot.joints, 1.0), ticks=1201)
         result = RunResult(ended, 12.0, progress)
-        late: Literal["", "stop", "end"] = self.asked_late.get(len(self.runs), "")
+        late = len(self.runs) == self.asked_late_at
         return RecordedRun(result, settings.log_path, asked_late=late)
 
     def go(self, *, port: str = "sim:", budget: int = 9, yes: bool = True, robot: Robot = ROBOT) -> Any:
@@ -222,17 +222,9 @@ def test_an_interrupted_run_ends_it_with_its_exit_status(desk: Make) -> None:
     assert "holds 3 logs" in here.said[-1]
 
 
-def test_a_stop_while_a_log_is_closed_is_held_for_the_next_run(desk: Make) -> None:
-    here = desk()
-    here.asked_late = {2: "stop"}
-    with pytest.raises(BoardFaultError, match="emergency stop: no further run is made"):
-        here.go()
-    assert len(here.runs) == 2
-
-
 def test_ctrl_c_while_a_log_is_closed_ends_it(desk: Make) -> None:
     here = desk()
-    here.asked_late = {2: "end"}
+    here.asked_late_at = 2
     with pytest.raises(SystemExit) as ended:
         here.go()
     assert ended.value.code == 130

@@ -106,11 +106,14 @@ def test_a_probe_that_passes_the_check_passes_the_limiter_unchanged(probe: Probe
     limiter = SlewLimiter(
         ROBOT.angle_limit_rad, ROBOT.speed_limit_rad_s, [a * 1.001 for a in ROBOT.acceleration_limit_rad_s2]
     )
-    for row in motion.sampled(np.arange(0, motion.duration_s, 1 / rate)):
-        target = np.round(row / WIRE_STEP_RAD) * WIRE_STEP_RAD
-        executed = limiter.execute(target.tolist(), 1 / rate, 1, 1 / rate)
+    rows = motion.sampled(np.arange(0, motion.duration_s, 1 / rate))
+    targets = np.round(rows / WIRE_STEP_RAD) * WIRE_STEP_RAD
+    angles = []
+    for target in targets.tolist():
+        executed = limiter.execute(target, 1 / rate, 1, 1 / rate)
         assert executed is not None
-        assert executed[0] == pytest.approx(target, abs=1e-9)
+        angles.append(executed[0])
+    assert np.array(angles) == pytest.approx(targets, abs=1e-9)
 
 
 @settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])

@@ -15,6 +15,7 @@ import numpy as np
 from bench_cluster import warm
 from blind.robot import real_robot
 from blind.wire_plant import BlindPlant
+from physics_peers import MujocoChain
 
 from snakebot.physics import ChainModel, replay
 from snakebot.robot import load_robot
@@ -34,10 +35,18 @@ def recorded_motion() -> None:
     replay(ChainModel(one, one, one, one, one, one, one, one), t_s, np.zeros((6, 5)))
 
 
+def in_mujoco() -> None:
+    """The chain that is compared with MuJoCo's."""
+    one = np.ones(6)
+    chain = MujocoChain(ChainModel(one, one, one, one, one, one, one, one), dt_s=1e-3, kp=1.0, kd=0.1)
+    chain.run((0.1, 1.0, 1.0), steps=1, every=1)
+
+
 if __name__ == "__main__":
     argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     ).parse_args()
     boards()
     recorded_motion()
+    in_mujoco()
     warm()  # a sweep of gaits, and a diagnosis

@@ -217,7 +217,7 @@ class MujocoChain:
         return out
 
 
-@njit
+@njit(cache=True)
 def _mujoco_loop(
     mj_step: Any, m: Any, d: Any, qpos: Any, qvel: Any, applied: Any, dof: Any, stuck: Any, kp: Any, kd: Any,
     motor: Any, links: Any, eps: float, gait: Any, dt: float, steps: int, every: int, out: Any,
@@ -254,7 +254,7 @@ def _mujoco_loop(
             power_in = lost = 0.0
 
 
-@njit
+@njit(cache=True)
 def _pose(qpos: Any, qvel: Any, dof: Any, stuck: Any, links: Any, out: Any) -> None:
     """Centre of mass and mean link angle."""
     n = dof.size + 1
@@ -276,7 +276,7 @@ def _pose(qpos: Any, qvel: Any, dof: Any, stuck: Any, links: Any, out: Any) -> N
     out[2] = ma / n
 
 
-@njit
+@njit(cache=True)
 def _ground(
     qpos: Any, qvel: Any, dof: Any, stuck: Any, links: Any, eps: float, applied: Any, forces: Any
 ) -> float:

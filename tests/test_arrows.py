@@ -10,6 +10,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
+from file_imports import HOLDS_STATEMENTS, imports_of
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "snakebot"
@@ -24,21 +25,15 @@ SHARED = {path.stem for path in PACKAGE.glob("*.py")} - {"__init__", "__main__",
 
 
 @cache
-def parsed(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
-
-
-@cache
 def imported(path: Path) -> set[str]:
     """Folders and modules of the package, or of the protocol, that a file imports."""
     found = set()
-    for node in ast.walk(parsed(path)):
-        names: list[str] = []
+    for node in imports_of(path):
         if isinstance(node, ast.ImportFrom):
             assert not node.level, f"{path}: a relative import"
             module = node.module or ""
             names = [f"snakebot.{alias.name}" for alias in node.names] if module == "snakebot" else [module]
-        elif isinstance(node, ast.Import):
+        else:
             names = [alias.name for alias in node.names]
         found |= {name.split(".")[1] for name in names if name.startswith("snakebot.")}
         found |= {name.split(".")[0] for name in names if name.startswith("firmware_protocol")}
@@ -87,7 +82,8 @@ def run_imports(node: ast.AST) -> Iterator[ast.ImportFrom | ast.Import]:
             continue
         if isinstance(child, ast.ImportFrom | ast.Import):
             yield child
-        yield from run_imports(child)
+        if isinstance(child, HOLDS_STATEMENTS):
+            yield from run_imports(child)
 
 
 def test_files_import_each_other_in_no_circle() -> None:
@@ -96,7 +92,7 @@ def test_files_import_each_other_in_no_circle() -> None:
     graph: dict[str, set[str]] = {}
     for name, path in files.items():
         needs: set[str] = set()
-        for node in run_imports(parsed(path)):
+        for node in run_imports(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
                 needs |= {alias.name for alias in node.names}
             else:

@@ -6,6 +6,7 @@ import ast
 from pathlib import Path
 
 import pytest
+from file_imports import imports_of
 
 import snakebot.diagnosis
 
@@ -24,7 +25,7 @@ COMMON = {"options", "result"}  # what is asked, and the types of the answer
 def imported(path: Path) -> set[str]:
     """Rooms, and modules beside them, that a file imports."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in imports_of(path):
         names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
         names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
         found |= {name.split(".")[2] for name in names if name.startswith("snakebot.diagnosis.")}
@@ -63,7 +64,7 @@ def test_files_of_a_room_do_not_import_each_other_in_a_circle() -> None:
 def _beside(path: Path, room: str) -> set[str]:
     """Files of its own room that a file imports."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in imports_of(path):
         if isinstance(node, ast.ImportFrom) and node.module:
             inside = node.module.removeprefix(f"snakebot.diagnosis.{room}").split(".")
             if node.module == f"snakebot.diagnosis.{room}":

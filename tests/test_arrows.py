@@ -72,13 +72,17 @@ def test_no_wire_in_the_physics_no_link_in_the_diagnosis_no_gait_on_the_servo_bu
                    and path.name != "__main__.py")  # fmt: skip
 
 
+def is_left_out(test: ast.expr) -> bool:
+    """Whether it is the condition of the type checker, or of the program itself."""
+    if isinstance(test, ast.Compare) and isinstance(test.left, ast.Name) and test.left.id == "__name__":
+        return ast.unparse(test) == "__name__ == '__main__'"
+    return isinstance(test, ast.Name) and test.id == "TYPE_CHECKING"
+
+
 def run_imports(node: ast.AST) -> Iterator[ast.ImportFrom | ast.Import]:
     """Imports of a file wherever they stand, but for those that only the type checker or the program itself runs."""
     for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.If) and ast.unparse(child.test) in (
-            "TYPE_CHECKING",
-            "__name__ == '__main__'",
-        ):
+        if isinstance(child, ast.If) and is_left_out(child.test):
             continue
         if isinstance(child, ast.ImportFrom | ast.Import):
             yield child

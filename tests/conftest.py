@@ -44,6 +44,16 @@ def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(AskAgain(config))
 
 
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files whose tests may take longest come first: at the end, one long test would keep all other workers waiting."""
+    limit_s: dict[Path, float] = {}
+    for item in items:
+        limit = item.get_closest_marker("timeout")
+        limit_s[item.path] = max(limit_s.get(item.path, 0.0), float(limit.args[0]) if limit else 0.0)
+    items.sort(key=lambda item: -limit_s[item.path])
+
+
 def pytest_collection_finish() -> None:
     """Thousands of collected tests are not looked through by Python's collector while a robot waits."""
     gc.collect()
@@ -70,6 +80,13 @@ main(["stop", *sys.argv[2:]])
 def root() -> Path:
     """The repository."""
     return Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def of_all_workers(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config) -> Path:
+    """A folder of this run of the suite, for what is made once and read by all of its processes."""
+    base = tmp_path_factory.getbasetemp()
+    return base.parent if hasattr(pytestconfig, "workerinput") else base
 
 
 @pytest.fixture(scope="session")

@@ -51,6 +51,5 @@ class Answers:
 
 
 @pytest.fixture(scope="session")
-def answers(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> Answers:
-    base = tmp_path_factory.getbasetemp()
-    return Answers((base if worker_id == "master" else base.parent) / "answers")
+def answers(of_all_workers: Path) -> Answers:
+    return Answers(of_all_workers / "answers")

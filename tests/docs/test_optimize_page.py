@@ -42,6 +42,7 @@ def test_the_page_has_its_commands() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)
 def test_the_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     effect = "rate_limit:limit_rad_s=1.5"

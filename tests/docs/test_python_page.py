@@ -62,6 +62,7 @@ def test_runs_analysis_and_study(
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)
 def test_the_whole_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     names = run_page(slow=True)

@@ -64,6 +64,7 @@ def test_play_that_the_load_takes_up_is_a_fault_and_plain_play_is_wear() -> None
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)
 def test_a_second_fault_of_all_joints_is_not_hidden_by_what_every_joint_has_a_little_of() -> None:
     faults = ("backlash:width_deg=4,loaded=1", "compliance:stiffness_nm_rad=15")
     gaits = ((66, 80, 2.0), (30, 80, 4.0), (50, 60, 1.0), (20, 80, 3.0))

@@ -158,10 +158,11 @@ def _stop_board(port: Port) -> None:
 def _relax_servos(port: ServoPort) -> None:
     """Take the torque of every servo on a bus: nobody else drives it, or the line would not open."""
     from snakebot.clock import MonotonicClock
-    from snakebot.servobus.opening import open_master, torque_off
+    from snakebot.servobus.opening import open_master, stop_servos
 
-    master = open_master(port, MonotonicClock())
+    clock = MonotonicClock()
+    master = open_master(port, clock)
     try:
-        torque_off(master)
+        stop_servos(master, clock, port.ids)
     finally:
         master.close()

@@ -7,21 +7,26 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from firmware_protocol.frame import Frame
+from snakebot.board.stopping import STOPPING_S
 from snakebot.clock import Clock
-from snakebot.errors import BadInputError
+from snakebot.errors import BadInputError, BoardFaultError, NoBoardError
 from snakebot.links.port import ServoPort
 from snakebot.links.serial_link import open_stream
 from snakebot.links.stream import Stream
 from snakebot.robot import JointServo, Robot
-from snakebot.servobus.joints import Joint, dialect_of, roll_call, wanted_servos
+from snakebot.servobus.joints import SCAN_IDS, Joint, dialect_of, roll_call, wanted_servos
 from snakebot.servobus.master import BusMaster
 from snakebot.servobus.models import MODELS
 from snakebot.servobus.packets import BROADCAST
 from snakebot.servobus.plant import ServoPlant
+from snakebot.servobus.registers import Register
 from snakebot.servobus.settings import Settings
 from snakebot.servobus.start import Start, prepare
 from snakebot.softboard import InProcessLink, SoftBoard
 
+_STOP_TRIES = (
+    2  # of a servo that need not be there; chosen: all ids that are asked take less than ``STOPPING_S``
+)
 _HOLDING = (
     "these servos have no bus watchdog: if this program is killed they go on holding, with {share:.0f} % of their "
     "torque; `snakebot board serve {port} --tcp` keeps a watchdog in a process of its own"
@@ -83,10 +88,45 @@ def torque_off(master: BusMaster) -> None:
     Raises:
         LostBoardError: the line is gone.
     """
-    models = [model for model in MODELS.values() if model.family == master.dialect.name]
-    off = master.dialect.write(BROADCAST, models[0]["torque_enable"].address, bytes(1))
+    off = master.dialect.write(BROADCAST, _torque_enable(master).address, bytes(1))
     for _ in range(3):
         master.say(off)
+
+
+def stop_servos(master: BusMaster, clock: Clock, ids: Sequence[int] = ()) -> None:
+    """Take the torque of every servo on the bus, again until each that answers says that it has none. Asked are ``ids``
+    and the usual ones.
+
+    Raises:
+        NoBoardError: nobody has answered; the torque was taken blindly.
+        BoardFaultError: one still has torque after ``STOPPING_S``.
+        LostBoardError: the line is gone.
+    """
+    register, deadline_s = _torque_enable(master), clock.now_s() + STOPPING_S
+    has_torque: dict[int, bool] = {}
+    while True:
+        torque_off(master)
+        for servo in dict.fromkeys((*ids, *SCAN_IDS)):
+            if (data := master.read(servo, register.address, register.size, _STOP_TRIES)) is not None:
+                has_torque[servo] = any(data)
+        if has_torque and not any(has_torque.values()):
+            return
+        if clock.now_s() >= deadline_s:
+            break
+    if not has_torque:
+        raise NoBoardError(
+            f"{master.where}: no servo answered within {STOPPING_S:g} s; all were told to let go all the same: is the "
+            "supply on, and are port and bit rate right? Cut the supply if anything still moves"
+        )
+    held = ", ".join(str(servo) for servo, on in has_torque.items() if on)
+    raise BoardFaultError(
+        f"{master.where}: after {STOPPING_S:g} s servo {held} still has torque: cut the supply"
+    )
+
+
+def _torque_enable(master: BusMaster) -> Register:
+    """Where all servos of a family have their torque switch."""
+    return next(m for m in MODELS.values() if m.family == master.dialect.name)["torque_enable"]
 
 
 class ServoBoard(SoftBoard):

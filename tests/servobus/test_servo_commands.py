@@ -198,6 +198,31 @@ def test_stop_takes_the_torque_of_all(end: ServoBusEnd, capsys: pytest.CaptureFi
     assert not any(servo.driving for servo in end.bus.servos)
 
 
+@pytest.mark.parametrize("model", ["sts3215", "xl430"])
+def test_a_stop_that_no_servo_answers_has_not_ended_well(
+    model: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Servos that are not asked let go all the same; those that are named are asked."""
+    bus = emulated(model, ids=range(40, 45))
+    for servo in bus.servos:
+        servo.set("torque_enable", 1)
+    with on_a_pty(bus) as end:
+        assert call("stop", "--port", end.port) == 3
+        assert "no servo answered within 2 s" in capsys.readouterr().err
+        assert not any(servo.driving for servo in bus.servos)
+        assert call("stop", "--port", f"{end.port}?ids=40-44") == 0
+
+
+def test_a_stop_that_a_servo_does_not_obey_is_told(
+    sts: ServoBusEnd, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    deaf = sts.bus.servos[2]
+    deaf.set("torque_enable", 1)
+    monkeypatch.setattr(deaf, "write", lambda address, data: 0)
+    assert call("stop", "--port", sts.port) == 5
+    assert "servo 3 still has torque: cut the supply" in capsys.readouterr().err
+
+
 def test_calibrate_stores_zeros_and_directions(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

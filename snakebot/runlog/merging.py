@@ -200,7 +200,11 @@ def _smooth(y: Floats) -> Floats:
 
 
 def _best_shift(a: Floats, b: Floats) -> tuple[int, float]:
-    """Shift k (in samples) for which b[i + k] correlates best with a[i], and that correlation over the overlap."""
+    """Shift k (in samples) for which b[i + k] correlates best with a[i], and that correlation over the overlap.
+
+    ``matching.find_shift`` compares like with like. Here are a rate of joints and a speed over ground, whose ratio
+    nobody knows: only that they rise and fall together.
+    """
     best = (0, -1.0)
     least = min(max(int(MIN_OVERLAP_S * ALIGN_RATE_HZ), min(a.size, b.size) // 2), min(a.size, b.size))
     for shift in range(least - a.size, b.size - least + 1):

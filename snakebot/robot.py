@@ -317,6 +317,7 @@ def _check_keys(data: Mapping[Any, Any], where: str, lines: Lines) -> None:
         (("friction",), data.get("friction"), tuple(Friction.model_fields)),
         (("limits",), data.get("limits"), tuple(Limits.model_fields)),
         (("recorded",), data.get("recorded"), tuple(Recorded.model_fields)),
+        (("tolerance",), data.get("tolerance"), tuple(Tolerance.model_fields)),
     ]
     provenance = data.get("provenance")
     if isinstance(provenance, Mapping):

@@ -34,16 +34,23 @@ def check(
     ``--dry-run``.
 
     Raises:
-        BadInputError: rate, limits, motion, faults, port or effects that the run would refuse.
+        BadInputError: rate, limits, motion, faults, port or effects that the run would refuse; a rate for which the
+            line is too slow, even for the board that waits the longest for a set-point.
         LogError: the log's name is taken, or cannot be one.
     """
     from snakebot.control import check_run
+    from snakebot.control.copies import Copies
     from snakebot.control.ports import check_port
     from snakebot.lifted import lifted
+    from snakebot.links import parse_port
+    from snakebot.links.capacity import frames_per_s
+    from snakebot.softboard.buildable import MAX_WATCHDOG_MS
 
     check_run(robot, plan, settings)
     simulated = lifted(robot) if plan.lifted else robot
     check_port(options.port, simulated, options.effects, virtual=options.fast, start_pose=start_pose)
+    carried = frames_per_s(parse_port(options.port))
+    Copies(1 / settings.rate_hz, robot.joints, carried, 1e-3 * MAX_WATCHDOG_MS, options.port)
     check_view(options, several=several)
 
 

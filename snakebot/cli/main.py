@@ -130,6 +130,9 @@ def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Every error meant for the user becomes one line and its exit status. The program begins in ``entry``."""
     warnings.showwarning = _show_warning
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by whoever started us, as ``>&-`` does
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115  # until the program ends
     try:
         status = cli.main(args=arguments, prog_name="snakebot", standalone_mode=False)
     except (click.exceptions.Abort, KeyboardInterrupt):

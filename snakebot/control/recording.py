@@ -28,7 +28,7 @@ from snakebot.errors import BadInputError, BoardFaultError, SnakebotError
 from snakebot.gait import check_motion
 from snakebot.robot import Robot
 from snakebot.runlog import RunWriter, gait_to_mapping, new_log_path, read_log
-from snakebot.runlog.naming import check_new_log
+from snakebot.runlog.naming import check_new_log, stamped_path
 from snakebot.steering import Course
 
 if TYPE_CHECKING:
@@ -164,7 +164,7 @@ def _record(
 ) -> RecordedRun:
     start_ns = time.time_ns()
     writer = RunWriter(
-        settings.log_path or new_log_path(plan.label),
+        settings.log_path or stamped_path(plan.label),
         robot,
         _metadata(board, plan, settings),
         or_numbered=settings.log_path is None,

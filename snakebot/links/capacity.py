@@ -12,7 +12,7 @@ from typing import Any
 
 from firmware_protocol.frame import Frame
 from firmware_protocol.framing import pack_all
-from snakebot.links.port import CanPort, SerialPort
+from snakebot.links.port import CanPort, Port, SerialPort
 from snakebot.links.slcan import format_frame
 
 _FULL = Frame(0x7FF, bytes(8))  # the longest frame, and the usual one: a set-point fills it
@@ -29,6 +29,13 @@ _IN_MEMORY = ("virtual", "udp_multicast")  # no bit timing
 _SLCAN_BAUD = 115_200.0  # python-can's default
 # A real UART behind the adapter's name; a USB device (ttyACM) and a pseudo-terminal only pretend to have a baud rate.
 _UART = re.compile(r"/dev/tty(S|USB|AMA|O|mxc|THS)\d")
+
+
+def frames_per_s(port: Port) -> float:
+    """Of the wire behind a port, without opening it; infinity for one that limits nothing."""
+    if isinstance(port, SerialPort):
+        return serial_frames_per_s(port)
+    return can_frames_per_s(port) if isinstance(port, CanPort) else math.inf
 
 
 def serial_frames_per_s(port: SerialPort) -> float:

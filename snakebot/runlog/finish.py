@@ -11,7 +11,7 @@ from typing import Any, BinaryIO, NamedTuple
 from mcap.records import Metadata
 from mcap.writer import CompressionType, Writer
 
-from snakebot.errors import LogError
+from snakebot.errors import LogError, UnreadableLogError
 from snakebot.runlog import channels, metadata
 from snakebot.runlog.container import Container
 from snakebot.runlog.naming import numbered
@@ -73,6 +73,11 @@ def finish(
         raise LogError(
             f"{target}: exists already; a log is never overwritten; all of it is in {source}"
         ) from None
+    except UnreadableLogError:
+        temporary.unlink(missing_ok=True)
+        if source.exists():
+            raise
+        raise LogError(f"{target}: cannot finish the log: somebody has removed {source}") from None
     except OSError as error:
         temporary.unlink(missing_ok=True)
         why = error.strerror or error

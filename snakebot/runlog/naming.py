@@ -77,11 +77,15 @@ def gait_label(gait: Gait | None) -> str:
 def new_log_path(
     label: str = "run", folder: str | os.PathLike[str] = DEFAULT_FOLDER, now: datetime | None = None
 ) -> Path:
-    """A name in ``folder`` that neither a log nor an unfinished one has yet: UTC time, then ``label``.
+    """A name in ``folder`` that neither a log nor an unfinished one has yet: UTC time, then ``label``."""
+    return next(path for path in numbered(stamped_path(label, folder, now)) if not _is_taken(path))
 
-    It may be taken a moment later: ``RunWriter(..., or_numbered=True)`` then takes the next number.
-    """
+
+def stamped_path(
+    label: str = "run", folder: str | os.PathLike[str] = DEFAULT_FOLDER, now: datetime | None = None
+) -> Path:
+    """UTC time, then ``label``. Where it is taken, ``RunWriter(..., or_numbered=True)`` takes the next number."""
     stamp = (now or datetime.now(UTC)).astimezone(UTC).strftime("%Y%m%dT%H%M%SZ")
     safe = re.sub(r"[^A-Za-z0-9.+-]+", "_", label).strip("._") or "run"
     stem = f"{stamp}_{safe[:80]}"
-    return next(path for path in numbered(Path(folder) / (stem + SUFFIX)) if not _is_taken(path))
+    return Path(folder) / (stem + SUFFIX)

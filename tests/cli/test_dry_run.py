@@ -107,6 +107,16 @@ def test_a_motion_that_no_joint_can_follow_is_refused_by_both(
     assert not (folder / "runs").exists()
 
 
+@pytest.mark.parametrize("dry", [(), ("--dry-run",)])
+def test_a_rate_for_which_the_line_is_too_slow_is_refused_before_it_is_opened(
+    capsys: pytest.CaptureFixture[str], dry: tuple[str, ...]
+) -> None:
+    line = "serial:/dev/tty-not-there?baud=57600"
+    status, _, told = snakebot(capsys, "run", *GAIT, "--rate", "1000", "--port", line, "--yes", *dry)
+    assert (status, f"and {line} carries 411" in told, "Hz or less" in told) == (2, True, True), told
+    assert snakebot(capsys, "run", *GAIT, "--rate", "50", "--port", line, "--dry-run")[0] == 0
+
+
 def test_a_log_of_any_name_is_in_nobodys_way(capsys: pytest.CaptureFixture[str], folder: Path) -> None:
     (folder / "runs").mkdir()
     (folder / "runs" / "run.mcap").write_text("")

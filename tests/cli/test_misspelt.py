@@ -37,6 +37,7 @@ provenance:
         ("friction:", "frictoin:", "line 5: frictoin is not known; did you mean friction?"),
         ("  cn:", "  ctn:", "line 7: friction.ctn is not known; did you mean"),
         ("speed_rad_s", "sped_rad_s", "line 10: limits.sped_rad_s is not known; did you mean speed_rad_s?"),
+        ("provenance:", "tolerance: {masss: 1}\nprovenance:", "tolerance.masss is not known; did you mean mass?"),
         ("source:", "sorce:", "line 12: provenance.links.sorce is not known; did you mean source?"),
         ("schema", "shema", "line 1: shema is not known; did you mean schema?"),
         ("time_constant_s", "time_constnt_s", "line 8: servo.time_constnt_s is not known; did you mean"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable
@@ -142,6 +143,14 @@ def test_a_reader_that_goes_away_is_no_error(session: Path) -> None:
     assert done.wait(100) == 0
     assert done.stderr.read() == ""
     done.stderr.close()
+
+
+@pytest.mark.parametrize("words", ["gait list", "run --alpha 40 --beta 80 --omega 3 --duration 5 --fast"])
+def test_an_output_that_is_closed_is_no_error(words: str, tmp_path: Path) -> None:
+    """As ``>&-`` leaves it: Python then has no standard output at all."""
+    shell = f"{shlex.join(SNAKEBOT)} {words} >&-"
+    done = subprocess.run(["sh", "-c", shell], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, "error" in done.stderr) == (0, False), done.stderr
 
 
 RUN = ["run", "--alpha", "40", "--beta", "80", "--omega", "3", "--duration", "5", "--fast"]

@@ -315,3 +315,13 @@ def test_a_stop_that_is_asked_for_when_the_motion_is_over_stays(tmp_path: Path) 
         with pytest.raises(BoardFaultError):
             record(board, ROBOT, plan_run(WAVE, 5, duration_s=5), kept)
     assert not (tmp_path / "b.mcap").exists()
+
+
+def test_runs_of_one_second_are_numbered_in_a_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("snakebot.control.recording.stamped_path", lambda label: Path("runs/now.mcap"))
+    for _ in range(4):
+        with open_board("sim:", ROBOT, virtual=True) as board:
+            record(board, ROBOT, plan_run(WAVE, 5, duration_s=2, ramp_s=1))
+    names = {"now.mcap", "now-2.mcap", "now-3.mcap", "now-4.mcap"}
+    assert {path.name for path in Path("runs").iterdir()} == names

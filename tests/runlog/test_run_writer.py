@@ -205,6 +205,17 @@ def test_a_file_that_takes_the_name_in_mid_run_stays(tmp_path: Path) -> None:
     assert {file.name for file in tmp_path.iterdir()} == {"run.mcap", "run-2.mcap", "run-3.mcap"}
 
 
+def test_an_unfinished_log_that_is_removed_in_mid_run_is_an_error_of_output(tmp_path: Path) -> None:
+    writer = RunWriter(tmp_path / "run", ROBOT)
+    writer.tick(make_ticks(1)[0])
+    writer.part_path.unlink()
+    with pytest.raises(
+        LogError, match=r"run\.mcap: cannot finish the log: somebody has removed .*run\.mcap\.part"
+    ):
+        writer.close()
+    assert not list(tmp_path.iterdir())
+
+
 def test_runs_that_begin_at_one_time_each_get_a_log(tmp_path: Path) -> None:
     """All of them found the same name free."""
     path = new_log_path("run", tmp_path, datetime(2026, 11, 21, tzinfo=UTC))

@@ -91,7 +91,7 @@ def list_logs(folder: Path, as_json: bool) -> None:
     if not summaries:
         click.echo(f"{folder}: no logs")
         return
-    head = ("log", "state", "ticks", "s", "motion", "m/s", "fault", "effect", "robot", "ended")
+    head = ("log", "file", "ticks", "s", "motion", "m/s", "fault", "effect", "robot", "ended")
     columns = zip(*(_row(summary) for summary in summaries), strict=True)
     body = [shortened_apart(column, _MOST.get(name, 44)) for name, column in zip(head, columns, strict=True)]
     rows = [head, *zip(*body, strict=True)]

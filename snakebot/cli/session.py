@@ -162,6 +162,7 @@ def check(folder: tuple[Path, ...], robot_source: str | None, port: str | None, 
     from snakebot.diagnosis.evidence.sanity import check_session
     from snakebot.diagnosis.evidence.turns import run_on
     from snakebot.diagnosis.missing import missing
+    from snakebot.effects import robot_effects
     from snakebot.robot import ITS_FILE, load_robot, shipped_name
 
     session = given_session(folder, None, quiet=False)
@@ -171,6 +172,7 @@ def check(folder: tuple[Path, ...], robot_source: str | None, port: str | None, 
             f"--robot {robot_source}: a robot of {theirs} joint{'s' if theirs > 1 else ''}, "
             f"the recordings have {session.robot.joints}"
         )
+    robot_effects(robot)  # one that does not fit is told
     named = " ".join(map(str, folder))
     try:
         doubts = [*check_session(session), *run_on(session)[1]]

@@ -171,6 +171,21 @@ def test_many_short_runs_are_one_line_with_a_command_that_can_be_pasted(
     assert "--robot ROBOT.yaml --port PORT" in out  # a run of the simulation would be none of this robot
 
 
+@pytest.mark.parametrize("command", [["session", "check"], ["diagnose"]])
+def test_an_effect_of_the_robot_that_is_none_is_refused(
+    command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = "".join(f"{t / 50},{0.3 * np.sin(t / 9)},{0.2 * np.sin(t / 9)}\n" for t in range(150))
+    (tmp_path / "r.csv").write_text("t_s,cmd_1_rad,enc_1_rad\n" + rows)
+    (tmp_path / "session.yaml").write_text(
+        "robot: {joints: 1, effects: [backlahs]}\nruns:\n  - {file: r.csv}\n"
+    )
+    with pytest.raises(SystemExit) as ended:
+        main([*command, str(tmp_path)])
+    assert ended.value.code == 2
+    assert "did you mean backlash?" in capsys.readouterr().err
+
+
 def test_runs_of_a_robot_in_another_state_or_broken_off_are_told() -> None:
     session = make_session(bench(1), duration_s=9.0)
     sound, odd, half, *rest = session.runs

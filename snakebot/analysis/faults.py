@@ -8,11 +8,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-# As on the command line: --fault free:3, rigid:2=30, rigid:4@12s; --effect joint_free:joints=3+4.
+from snakebot.effects.spec import EffectSpec, fault_spec, parse_effect
+from snakebot.errors import BadInputError
+
+# As on the command line: --fault free:3, rigid:2=30, rigid:4@12s.
 _FAULT = re.compile(
     r"(?P<kind>free|rigid):(?P<joints>\d+(\+\d+)*)(=(?P<angle>[-+]?[\d.]+))?(@(?P<at>[\d.]+)s?)?"
 )
-_EFFECT = re.compile(r"joint_(?P<kind>free|rigid)\b(?P<rest>.*)")
 
 
 @dataclass(frozen=True)
@@ -50,12 +52,9 @@ class JointFaults:
 
     def effects(self) -> tuple[str, ...]:
         """The same in the grammar of ``--effect``."""
-        free = (f"joint_free:joints={'+'.join(map(str, self.free))}",) if self.free else ()
-        stuck = (
-            f"joint_rigid:angle_deg={math.degrees(self.rigid_angle_rad.get(joint, 0.0)):.6g},joints={joint}"
-            for joint in self.rigid
-        )
-        return (*free, *stuck)
+        free = [fault_spec("free", self.free)] if self.free else []
+        stuck = [fault_spec("rigid", (j,), self.rigid_angle_rad.get(j, 0.0)) for j in self.rigid]
+        return tuple(map(str, (*free, *stuck)))
 
 
 def joint_faults(metadata: Mapping[str, Any], joints: int) -> JointFaults:
@@ -68,25 +67,24 @@ def joint_faults(metadata: Mapping[str, Any], joints: int) -> JointFaults:
     rigid: dict[int, float] = {}
     changed = False
     for text in (*_texts(metadata.get("faults")), *_texts(metadata.get("effects"))):
-        fault, effect = _FAULT.fullmatch(text), _EFFECT.match(text)
+        fault, effect = _FAULT.fullmatch(text), _broken_by(text)
         if fault is not None:
-            kind, numbers, angle = fault["kind"], fault["joints"], _number(fault["angle"])
+            kind, angle_rad = fault["kind"], math.radians(_number(fault["angle"]))
+            numbers = [int(n) for n in re.findall(r"\d{1,4}", fault["joints"])]
             if _number(fault["at"]) > 0:
                 changed = True
                 continue
         elif effect is not None:
-            kind, rest = effect["kind"], effect["rest"]
-            listed, stuck = re.search(r"joints?=([\d+]+)", rest), re.search(r"angle_deg=([-+\d.]+)", rest)
-            numbers = listed[1] if listed else "+".join(str(j + 1) for j in range(joints))
-            angle = _number(stuck[1]) if stuck else 0.0
+            kind, angle_rad = effect.effect.fault, effect.effect.fault_angle_rad(effect)
+            numbers = [joint + 1 for joint in effect.joint_indices(joints)]
         else:
             changed = changed or text.startswith("clear")
             continue
-        chosen = [int(n) for n in re.findall(r"\d{1,4}", numbers) if 1 <= int(n) <= joints]
+        chosen = [n for n in numbers if 1 <= n <= joints]
         if kind == "free":
             free.update(chosen)
         else:
-            rigid.update(dict.fromkeys(chosen, math.radians(angle)))
+            rigid.update(dict.fromkeys(chosen, angle_rad))
     for joint in free & rigid.keys():  # the later fault cannot be told: the joint was held by something
         free.discard(joint)
     return JointFaults(tuple(sorted(free)), tuple(sorted(rigid)), rigid, changed)
@@ -94,7 +92,16 @@ def joint_faults(metadata: Mapping[str, Any], joints: int) -> JointFaults:
 
 def other_effects(metadata: Mapping[str, Any]) -> tuple[str, ...]:
     """The effects that a run's metadata lists, without those that are joint faults."""
-    return tuple(text for text in _texts(metadata.get("effects")) if not _EFFECT.match(text))
+    return tuple(text for text in _texts(metadata.get("effects")) if _broken_by(text) is None)
+
+
+def _broken_by(text: str) -> EffectSpec | None:
+    """The effect that a log names, if it is a joint fault and can be read."""
+    try:
+        spec = parse_effect(text)
+    except BadInputError:
+        return None
+    return spec if spec.effect.fault else None
 
 
 def _texts(entries: object) -> list[str]:

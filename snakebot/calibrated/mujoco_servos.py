@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.effects.effect import Affine
-from snakebot.effects.library.clock_drift import Drift
-from snakebot.effects.library.command_delay import Delay
-from snakebot.effects.library.command_loss import Loss
+from snakebot.effects.effect import Affine, LinkFilter, SensorFilter, Track
 from snakebot.physics import servo_layout as layout
 from snakebot.physics.servo_grip import SOFT_DAMPING, STIFF_RAD_S
 
@@ -59,7 +56,7 @@ def servos_of(stages: Stages, inertia_kg_m2: Floats, *, smooth: bool) -> list[Ex
         inertia_kg_m2: (joints,) that each joint feels.
         smooth: whether the chain follows its motors smoothed, which MJCF alone does not say.
     """
-    late = stages.late_s + sum(f.delay_s for f in stages.link_filters() if isinstance(f, Delay))
+    late = stages.late_s + sum(_delay_s(f) or 0.0 for f in stages.link_filters())
     rows = stages.servo_rows
     made = [_servo(j, row, float(late[j]), float(inertia_kg_m2[j]), smooth) for j, row in enumerate(rows)]
     return sorted(made, key=lambda servo: servo.source)
@@ -132,30 +129,20 @@ def not_expressed(stages: Stages) -> list[str]:
         found = np.flatnonzero(rows[:, column] != neutral) + 1
         return ", ".join(map(str, found)) if found.size else ""
 
-    for link_filter in stages.link_filters():
-        if isinstance(link_filter, Loss):
-            said.append(
-                f"command_loss: leave out a set-point with probability {link_filter.probability:g} in your own loop"
-            )
-        elif isinstance(link_filter, Drift):
-            said.append("clock_drift: set-points come when your own loop writes them")
-        elif not isinstance(link_filter, Delay):
-            said.append(f"{type(link_filter).__name__}: a filter on set-points that is written in Python")
-    said += [
-        f"{type(f).__name__}: a state in front of the servo that is written in Python"
-        for f in stages.servo_filters()
-    ]
-    said += [
-        f"{type(f).__name__}: a filter on readings that is neither gain, offset nor noise"
-        for f in stages.sensor_filters()
-        if not isinstance(f, Affine) and not _only_noise(f)
-    ]
+    for spec in stages.specs:
+        effect, robot = spec.effect, stages.robot
+        link, sensor = effect.link_filter(spec, robot), effect.sensor_filter(spec, robot)
+        more = link is not None and _delay_s(link) is None
+        more = more or (sensor is not None and not isinstance(sensor, Affine) and not _only_noise(sensor))
+        if more or effect.servo_filter(spec, robot) is not None:
+            said.append(f"{spec.name}: {effect.outside_mjcf(spec)}")
+    said = list(dict.fromkeys(said))
     if numbers := joints(layout.BACKLASH_LOADED):
-        said.append(f"backlash on joint {numbers}: the load does not push the joint through its play")
+        said.append(f"play of joint {numbers}: the load does not push the joint through it")
     both = (rows[:, layout.NATURAL_FREQ_RAD_S] > 0) & (rows[:, layout.TIME_CONSTANT_S] > 0)
     if both.any():
         said.append(
-            f"servo_lag on joint {', '.join(map(str, np.flatnonzero(both) + 1))}: not in front of a second order"
+            f"lag of joint {', '.join(map(str, np.flatnonzero(both) + 1))}: not in front of a second order"
         )
     for column, what in (
         (layout.LOAD_FRICTION, "friction that comes with the load"),
@@ -163,47 +150,22 @@ def not_expressed(stages: Stages) -> list[str]:
         (layout.LOOP_BREAKAWAY_NM, "a breakaway torque above the friction in motion"),
     ):
         if numbers := joints(column):
-            said.append(f"position_loop on joint {numbers}: no {what}")
-    said.append(
-        "a servo that is off (no set-point): MuJoCo takes no NaN; a joint of joint_free has no torque at all"
-    )
+            said.append(f"position loop of joint {numbers}: no {what}")
+    said.append("a servo that is off (no set-point): MuJoCo takes no NaN; a free joint has no torque at all")
     return said
 
 
-def _only_noise(sensor_filter: object) -> bool:
+def _delay_s(link_filter: LinkFilter) -> float | None:
+    """By how much a filter shifts all set-points alike; None where it does anything else to them."""
+    probe = Track(np.array([0.0, 1.0, 3.0]), np.array([[0.0], [1.0], [-1.0]]))
+    out = link_filter.batch(probe)
+    shift = out.time_s - probe.time_s
+    same = np.array_equal(out.setpoint_rad, probe.setpoint_rad) and out.variance_rad2 is None
+    return float(shift[0]) if same and np.ptp(shift) < layout.TIME_GRAIN_S else None
+
+
+def _only_noise(sensor_filter: SensorFilter) -> bool:
     """Whether a filter leaves the mean of readings as it is."""
     probe = np.linspace(-1.0, 1.0, 5)[:, None]
-    mean = sensor_filter.batch(np.arange(5.0), probe)  # type: ignore[attr-defined]
+    mean = sensor_filter.batch(np.arange(5.0), probe)
     return bool(np.array_equal(np.broadcast_to(mean, probe.shape), probe))
-
-
-# Where a number of an effect stands in the exported model; {j}: the joints.
-IN_SERVO = {
-    (
-        "command_delay",
-        "delay_s",
-    ): "delay_s of numeric servo_{j}; at most what is in the file, which has kept room",
-    ("rate_limit", "limit_rad_s"): "rate_limit_rad_s of numeric servo_{j}",
-    ("voltage_sag", "initial_rad_s"): "rate_limit_rad_s of numeric servo_{j}",
-    ("voltage_sag", "drop_per_s"): "rate_drop_per_s of numeric servo_{j}",
-    ("second_order", "natural_freq_rad_s"): "natural_freq_rad_s of numeric servo_{j}",
-    ("second_order", "damping_ratio"): "damping_ratio of numeric servo_{j}",
-    ("deadband", "width_deg"): "deadband_rad of numeric servo_{j}, in rad",
-    ("backlash", "width_deg"): "backlash_rad of numeric servo_{j}, in rad",
-    ("torque_limit", "limit_nm"): "forcerange of the actuator on joint_{j}: -value value",
-    (
-        "compliance",
-        "stiffness_nm_rad",
-    ): "gainprm 0 and minus biasprm 1 of the actuator on joint_{j}; lead_s of numeric "
-    "servo_{j} is minus biasprm 2 over it",
-    ("joint_friction", "coulomb_nm"): "frictionloss of joint_{j}",
-    (
-        "joint_friction",
-        "stiffness_nm_rad",
-    ): "gainprm 0 and minus biasprm 1 of the actuator on joint_{j}; lead_s of "
-    "numeric servo_{j} is minus biasprm 2 over it",
-    ("encoder_gain", "gain"): "numeric encoder_gain, entry {j}",
-    ("encoder_offset", "offset_deg"): "numeric encoder_offset_rad, entry {j}, in rad",
-    ("encoder_noise", "std_deg"): "numeric encoder_noise_rad, entry {j}, in rad",
-    ("payload", "mass_kg"): "inertial of the link: mass",
-}

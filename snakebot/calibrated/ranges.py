@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from snakebot.calibrated.mujoco_servos import IN_SERVO
 from snakebot.calibrated.spread import Known, known_numbers
+from snakebot.effects.registry import find_effect
 from snakebot.robot import SERVO_LAG
 from snakebot.safe_yaml import dump_yaml
 
@@ -58,7 +58,7 @@ def _where(known: Known) -> str:
         return _STATED_IN_MJCF[known.number]
     _, effect, parameter = known.number.split(".")
     joints = "+".join(map(str, known.joints)) or "*"
-    found = IN_SERVO.get((effect, parameter))
-    if found is None:
+    found = find_effect(effect).parameter(parameter).in_mjcf
+    if not found:
         return "write the value into the robot's description and export it again"
     return found.replace("{j}", joints)

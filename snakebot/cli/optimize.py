@@ -242,7 +242,7 @@ def _faults(texts: tuple[str, ...], robot: Robot) -> tuple[EffectSpec, ...]:
     """
     from firmware_protocol.catalogue import JointMode
     from snakebot.control.faults import check_faults, parse_fault
-    from snakebot.optimise.optimum import fault_specs
+    from snakebot.effects import fault_spec
 
     found = [parse_fault(text, robot.joints) for text in texts]
     check_faults(found, robot)
@@ -259,7 +259,7 @@ def _faults(texts: tuple[str, ...], robot: Robot) -> tuple[EffectSpec, ...]:
     if len(broken) == robot.joints:
         raise BadInputError("--fault: no joint is left to move the robot")
     kinds = {JointMode.FREE: "free", JointMode.RIGID: "rigid"}
-    return fault_specs((kinds[fault.mode], fault.joints, fault.angle_rad) for fault in found)
+    return tuple(fault_spec(kinds[fault.mode], fault.joints, fault.angle_rad) for fault in found)
 
 
 @contextlib.contextmanager

@@ -116,7 +116,7 @@ def plan(
     nominal = foresee(motions, Hypothesis(), np.zeros(0))
     effects = []
     library = usable_effects(evidence.data, over_ground=evidence.ground is not None)
-    wanted = [e for e in library.effects if not e.is_read_off and not e.breaks_joint]
+    wanted = [e for e in library.effects if not e.is_read_off and not e.fault]
     for index, effect in enumerate(wanted):
         progress(effect.name, 0.05 + 0.4 * index / len(wanted))
         effects.append(foresee(motions, *_at_example(effect, robot)))

@@ -17,7 +17,14 @@ if TYPE_CHECKING:
     from snakebot.effects.plant import Plant, Pose
     from snakebot.effects.prediction import PredictedRun, predict
     from snakebot.effects.registry import effects, find_effect
-    from snakebot.effects.spec import EffectSpec, load_effect_set, parse_effect, parse_effects, robot_effects
+    from snakebot.effects.spec import (
+        EffectSpec,
+        fault_spec,
+        load_effect_set,
+        parse_effect,
+        parse_effects,
+        robot_effects,
+    )
     from snakebot.effects.stages import Stages, assemble, with_unit_arm
 
 _HOME = {
@@ -36,6 +43,7 @@ _HOME = {
     "Track": "effect",
     "assemble": "stages",
     "effects": "registry",
+    "fault_spec": "spec",
     "find_effect": "registry",
     "load_effect_set": "spec",
     "parse_effect": "spec",
@@ -61,6 +69,7 @@ __all__ = [
     "Track",
     "assemble",
     "effects",
+    "fault_spec",
     "find_effect",
     "load_effect_set",
     "parse_effect",

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from snakebot.effects.ground import Ground
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
-    from snakebot.robot import Robot
+    from snakebot.robot import Recorded, Robot
 
 Stage = Literal["link", "servo", "sensor", "body"]
 STAGES: tuple[Stage, ...] = ("link", "servo", "sensor", "body")
@@ -126,7 +126,7 @@ class Effect:
         everyday: every real joint has a little of it, so that it may be one of many small causes at once.
         followed: how many of its ``starts`` a fit follows to the end: more than one where there are side valleys.
         is_read_off: nothing is fitted; ``read_off`` says what the data show.
-        breaks_joint: the joint follows no set-point any more: on every joint at once it leaves nothing to look at.
+        fault: what ``--fault`` calls a joint with it, that follows no set-point any more: free, rigid; empty: it can.
     """
 
     name: ClassVar[str]
@@ -146,7 +146,7 @@ class Effect:
     everyday: ClassVar[bool] = False
     followed: ClassVar[int] = 1
     is_read_off: ClassVar[bool] = False
-    breaks_joint: ClassVar[bool] = False
+    fault: ClassVar[str] = ""
 
     def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         """Write into the servo's rows (joints, PARAMETERS) of ``physics.servo_layout``, for the 0-based ``joints``."""
@@ -226,6 +226,28 @@ class Effect:
     def clock_ppm(self, spec: EffectSpec) -> float:
         """By how much the board's own clock is off under it."""
         return 0.0
+
+    def fault_values(self, angle_rad: float) -> dict[str, float]:
+        """Its parameters where a joint has its ``fault`` at an angle. Only asked if it is one."""
+        return {}
+
+    def fault_angle_rad(self, spec: EffectSpec) -> float:
+        """The angle at which a joint has its ``fault``; 0 where no angle belongs to it."""
+        return 0.0
+
+    def at_most(self, recorded: Recorded, rows: Floats) -> Mapping[str, Floats]:
+        """Its parameters (joints,) on servos that can do no more than was recorded of them; empty: it bounds nothing.
+
+        Args:
+            rows: of ``physics.servo_layout``, as the robot has them.
+        """
+        return {}
+
+    def outside_mjcf(self, spec: EffectSpec) -> str:
+        """What whoever steps an exported MuJoCo model does, where a filter of this effect is more than a delay, a gain,
+        an offset or noise, and MJCF cannot say it.
+        """
+        return "a filter that is written in Python"
 
     def check(self, spec: EffectSpec, robot: Robot) -> None:
         """Raise BadInputError where the values do not fit this robot."""

@@ -13,6 +13,11 @@ Scale = Literal["linear", "log"]
 # Standard deviation of what fits a real joint, as a share of the value's distance from neutral, because no real effect
 # is quite the library's. Measured on the blind check's set for calibrating: with it, 95 % intervals held 86 %.
 REAL_SHARE = 0.06
+# Of a stiffness between motor and joint, which several effects have.
+STIFFNESS_IN_MJCF = (
+    "gainprm 0 and minus biasprm 1 of the actuator on joint_{j}; "
+    "lead_s of numeric servo_{j} is minus biasprm 2 over it"
+)
 
 
 @dataclass(frozen=True)
@@ -37,6 +42,7 @@ class Parameter:
             ``REAL_SHARE`` where the library's formula leaves out what every such joint has.
         stride: change, in ``unit``, over which a slope is taken where a small change shows nothing at all: set-points
             are held for a tick, so that a delay before a quick servo acts by whole ticks; 0: there is none.
+        in_mjcf: where its number stands in an exported MuJoCo model, ``{j}`` the joints; empty: not by itself.
         shown: unit in which a lab says it, and how many of those are in one of ``unit``; None: ``unit`` itself.
     """
 
@@ -56,6 +62,7 @@ class Parameter:
     words: str = ""
     real_share: float = REAL_SHARE
     stride: float = 0.0
+    in_mjcf: str = ""
     shown: tuple[str, float] | None = None
 
     def __post_init__(self) -> None:

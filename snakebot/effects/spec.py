@@ -307,3 +307,14 @@ def load_effect_set(source: str | Path, robot: Robot | None = None) -> tuple[Eff
         except BadInputError as error:
             raise BadInputError(f"{path}: {lines.of('effects', index)}{error}") from None
     return tuple(specs)
+
+
+def fault_spec(kind: str, joints: Iterable[int], angle_rad: float = 0.0) -> EffectSpec:
+    """A joint fault, called as in ``--fault`` (free, rigid), as the effect that it is.
+
+    Args:
+        joints: 1-based.
+        angle_rad: where they are stuck, if they are.
+    """
+    effect = next(effect for effect in effects().values() if effect.fault == kind)
+    return EffectSpec(effect.name, effect.fault_values(angle_rad), tuple(joints))

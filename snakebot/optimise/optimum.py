@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from math import degrees
 from typing import TYPE_CHECKING, Any
@@ -11,7 +11,7 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.cluster import Workers
-from snakebot.effects import EffectSpec, robot_effects
+from snakebot.effects import robot_effects
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.optimise.goal import Goal
@@ -200,13 +200,3 @@ def _front(search: Search, simulator: GaitSimulator) -> tuple[Promise, ...]:
     again = simulator(gaits[on])
     rows = [promise_of("front", gaits[at], again, i, search.space) for i, at in enumerate(on)]
     return tuple(rows[i] for i in front_of([r.speed_m_s for r in rows], [r.power_w for r in rows]))
-
-
-def fault_specs(faults: Iterable[tuple[str, Sequence[int], float]]) -> tuple[EffectSpec, ...]:
-    """Effects of joints that are ``free`` or ``rigid`` (the angle in rad): (kind, joints from 1, angle)."""
-    return tuple(
-        EffectSpec("joint_free", {}, tuple(joints))
-        if kind == "free"
-        else EffectSpec("joint_rigid", {"angle_deg": degrees(angle)}, tuple(joints))
-        for kind, joints, angle in faults
-    )

@@ -16,7 +16,7 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.effects import EffectSpec, assemble
-from snakebot.effects.registry import find_effect
+from snakebot.effects.registry import effects
 from snakebot.errors import BadInputError
 from snakebot.optimise.space import WITHIN
 from snakebot.physics import servo_layout as layout
@@ -26,10 +26,6 @@ if TYPE_CHECKING:
 
 BEYOND = 1.1  # times what was recorded, from which on a gait is told to go beyond it; chosen
 LEAST_NM = 1e-3  # that a joint is taken to have, which was never loaded; chosen
-_LIMITS = (
-    ("rate_limit", "limit_rad_s", layout.RATE_LIMIT_RAD_S),
-    ("torque_limit", "limit_nm", layout.TORQUE_LIMIT_NM),
-)
 
 
 @dataclass(frozen=True)
@@ -72,13 +68,13 @@ def no_more(robot: Robot, faults: Iterable[EffectSpec] = ()) -> tuple[EffectSpec
     rows = assemble(robot, faults).servo_rows
     if (rows[:, layout.LOOP_STIFFNESS_NM_RAD] > 0).any():
         return ()
-    ends = {"rate_limit": robot.recorded.joint_speed_rad_s, "torque_limit": robot.recorded.torque_nm}
     out = []
-    for name, key, column in _LIMITS:
-        parameter = find_effect(name).parameter(key)
-        for joint, end in enumerate(ends[name] or ()):
-            value = parameter.clip(min(end, float(rows[joint, column])))
-            out.append(EffectSpec(name, {key: value}, (joint + 1,)))
+    for effect in effects().values():
+        for key, values in effect.at_most(robot.recorded, rows).items():
+            clip = effect.parameter(key).clip
+            out += [
+                EffectSpec(effect.name, {key: clip(float(v))}, (j,)) for j, v in enumerate(values, start=1)
+            ]
     return tuple(out)
 
 

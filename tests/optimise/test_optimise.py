@@ -13,10 +13,11 @@ import yaml
 from click.testing import CliRunner
 
 from snakebot.cli.main import cli, main
+from snakebot.effects import fault_spec
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, load_gait
 from snakebot.optimise.goal import Goal
-from snakebot.optimise.optimum import fault_specs, optimise
+from snakebot.optimise.optimum import optimise
 from snakebot.optimise.outcomes import GaitSimulator
 from snakebot.optimise.promise import OptimiseOptions
 from snakebot.optimise.space import Space
@@ -119,7 +120,7 @@ def test_a_broken_joint_changes_the_choice() -> None:
     goal = Goal("power-at-speed", 0.1)
     options = replace(SMALL, within={"alpha": (20, 60), "beta": (50, 110), "omega": (0.8, 3)}, grid=(3, 3, 3))
     whole = optimise(ROBOT, goal, options).found
-    free = fault_specs([("free", (3,), 0.0)])
+    free = (fault_spec("free", (3,)),)
     broken = optimise(ROBOT, goal, replace(options, faults=free)).found
     row = np.array([[np.radians(whole.alpha_deg), np.radians(whole.beta_deg), whole.omega_rad_s]])
     same_gait = GaitSimulator([(ROBOT, free)])(row)

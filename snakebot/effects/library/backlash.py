@@ -53,6 +53,7 @@ class Backlash(Effect):
             spread=4.0,
             words="full play",
             real_share=WIDTH_SHARE,
+            in_mjcf="backlash_rad of numeric servo_{j}, in rad",
         ),
         switch(
             "loaded",

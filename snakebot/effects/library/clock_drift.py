@@ -65,6 +65,9 @@ class ClockDrift(Effect):
     def link_filter(self, spec: EffectSpec, robot: Robot) -> Drift:
         return Drift(spec.value("ppm") * 1e-6)
 
+    def outside_mjcf(self, spec: EffectSpec) -> str:
+        return "set-points come when your own loop writes them"
+
     def clock_ppm(self, spec: EffectSpec) -> float:
         return spec.value("ppm")
 

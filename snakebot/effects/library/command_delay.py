@@ -69,6 +69,7 @@ class CommandDelay(Effect):
             words="delay",
             stride=0.02,  # a tick of 50 Hz, the slowest that servos are commanded at
             shown=("ms", 1000.0),
+            in_mjcf="delay_s of numeric servo_{j}; at most what is in the file, which has kept room",
         ),
     )
 

@@ -85,5 +85,8 @@ class CommandLoss(Effect):
     def link_filter(self, spec: EffectSpec, robot: Robot) -> Loss:
         return Loss(spec.value("probability"))
 
+    def outside_mjcf(self, spec: EffectSpec) -> str:
+        return f"leave out a set-point with probability {spec.value('probability'):g} in your own loop"
+
 
 EFFECT = CommandLoss()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect, knows_load
-from snakebot.effects.parameter import Parameter
+from snakebot.effects.parameter import STIFFNESS_IN_MJCF, Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ class Compliance(Effect):
             spread=1.0,
             scale="log",
             words="stiffness",
+            in_mjcf=STIFFNESS_IN_MJCF,
         ),
     )
 

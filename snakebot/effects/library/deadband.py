@@ -50,6 +50,7 @@ class Deadband(Effect):
             spread=2.0,
             scale="linear",
             words="half width of the dead band",
+            in_mjcf="deadband_rad of numeric servo_{j}, in rad",
         ),
         switch(
             "hard",

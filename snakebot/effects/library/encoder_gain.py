@@ -38,6 +38,7 @@ class EncoderGain(Effect):
             scale="log",
             neutral=1.0,
             words="read over true",
+            in_mjcf="numeric encoder_gain, entry {j}",
         ),
     )
 

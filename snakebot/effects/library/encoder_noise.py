@@ -55,7 +55,15 @@ class EncoderNoise(Effect):
     shows_in = frozenset({"scatter"})
     parameters = (
         Parameter(
-            "std_deg", "deg", 0.0, 30.0, "scatter of each reading", typical=0.3, spread=0.5, words="scatter"
+            "std_deg",
+            "deg",
+            0.0,
+            30.0,
+            "scatter of each reading",
+            typical=0.3,
+            spread=0.5,
+            words="scatter",
+            in_mjcf="numeric encoder_noise_rad, entry {j}, in rad",
         ),
         Parameter(
             "lost_per_s",

@@ -35,6 +35,7 @@ class EncoderOffset(Effect):
             typical=0.0,
             spread=5.0,
             words="reads off by",
+            in_mjcf="numeric encoder_offset_rad, entry {j}, in rad",
         ),
     )
 

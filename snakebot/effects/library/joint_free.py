@@ -18,7 +18,7 @@ class JointFree(Effect):
     name = "joint_free"
     example = "joint_free:joints=3"
     stage = "servo"
-    breaks_joint = True
+    fault = "free"
     summary = "The joint has no torque and swings freely."
     title = "a joint without torque"
     sentence = "{where} [has|have] no torque and [swings|swing] freely"

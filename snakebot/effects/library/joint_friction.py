@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect
-from snakebot.effects.parameter import Parameter
+from snakebot.effects.parameter import STIFFNESS_IN_MJCF, Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
@@ -54,6 +54,7 @@ class JointFriction(Effect):
             spread=0.3,
             words="dry friction",
             real_share=COULOMB_SHARE,
+            in_mjcf="frictionloss of joint_{j}",
         ),
         Parameter(
             "stiffness_nm_rad",
@@ -66,6 +67,7 @@ class JointFriction(Effect):
             scale="log",
             words="stiffness of the loop",
             real_share=STIFFNESS_SHARE,
+            in_mjcf=STIFFNESS_IN_MJCF,
         ),
     )
 

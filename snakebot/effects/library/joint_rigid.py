@@ -21,7 +21,7 @@ class JointRigid(Effect):
     name = "joint_rigid"
     example = "joint_rigid:angle_deg=20,joints=2"
     stage = "servo"
-    breaks_joint = True
+    fault = "rigid"
     summary = "The joint is stuck at one angle."
     title = "a stuck joint"
     sentence = "{where} [is|are] stuck at {angle_deg}"
@@ -45,6 +45,12 @@ class JointRigid(Effect):
     def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         rows[joints, layout.LOCKED] = layout.RIGID_JOINT
         rows[joints, layout.LOCK_RAD] = math.radians(spec.value("angle_deg"))
+
+    def fault_values(self, angle_rad: float) -> dict[str, float]:
+        return {"angle_deg": round(math.degrees(angle_rad), 9)}  # 30, not 29.999999999999996
+
+    def fault_angle_rad(self, spec: EffectSpec) -> float:
+        return math.radians(spec.value("angle_deg"))
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
         return [

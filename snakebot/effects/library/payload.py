@@ -38,6 +38,7 @@ class Payload(OneLinkEffect):
             typical=0.5,
             spread=1.0,
             words="extra mass",
+            in_mjcf="inertial of the link: mass",
         ),
     )
 

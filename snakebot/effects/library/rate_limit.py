@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect
 from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
-    from snakebot.robot import Robot
+    from snakebot.robot import Recorded, Robot
 
 
 class RateLimit(Effect):
@@ -46,11 +50,15 @@ class RateLimit(Effect):
             spread=0.8,
             scale="log",
             words="fastest turn",
+            in_mjcf="rate_limit_rad_s of numeric servo_{j}",
         ),
     )
 
     def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         rows[joints, layout.RATE_LIMIT_RAD_S] = spec.value("limit_rad_s")
+
+    def at_most(self, recorded: Recorded, rows: Floats) -> Mapping[str, Floats]:
+        return {"limit_rad_s": np.minimum(recorded.joint_speed_rad_s, rows[:, layout.RATE_LIMIT_RAD_S])}
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
         # above the fastest motion seen the objective is flat, and a fit would never move

@@ -44,6 +44,7 @@ class SecondOrder(Effect):
             spread=0.8,
             scale="log",
             words="natural frequency",
+            in_mjcf="natural_freq_rad_s of numeric servo_{j}",
         ),
         Parameter(
             "damping_ratio",
@@ -55,6 +56,7 @@ class SecondOrder(Effect):
             spread=0.5,
             scale="log",
             words="damping ratio",
+            in_mjcf="damping_ratio of numeric servo_{j}",
         ),
     )
 

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect, knows_load
 from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
-    from snakebot.robot import Robot
+    from snakebot.robot import Recorded, Robot
 
 NO_TORQUE = 0.05  # share of the usual load, below which a limit holds nothing; chosen
 
@@ -50,11 +52,17 @@ class TorqueLimit(Effect):
             spread=1.0,
             scale="log",
             words="most torque",
+            in_mjcf="forcerange of the actuator on joint_{j}: -value value",
         ),
     )
 
     def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         rows[joints, layout.TORQUE_LIMIT_NM] = spec.value("limit_nm")
+
+    def at_most(self, recorded: Recorded, rows: Floats) -> Mapping[str, Floats]:
+        if recorded.torque_nm is None:
+            return {}
+        return {"limit_nm": np.minimum(recorded.torque_nm, rows[:, layout.TORQUE_LIMIT_NM])}
 
     def starts(self, observed: Observed, joints: tuple[int, ...]) -> list[Start]:
         """What no servo bore more than, by the measured motion, is the limit, where there is one."""

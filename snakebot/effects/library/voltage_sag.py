@@ -49,6 +49,7 @@ class VoltageSag(Effect):
             spread=0.8,
             scale="log",
             words="fastest turn at the start",
+            in_mjcf="rate_limit_rad_s of numeric servo_{j}",
         ),
         Parameter(
             "drop_per_s",
@@ -60,6 +61,7 @@ class VoltageSag(Effect):
             0.03,
             words="loss each second",
             shown=("%", 100.0),
+            in_mjcf="rate_drop_per_s of numeric servo_{j}",
         ),
         Parameter(
             "drop_per_nm",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol
 
@@ -205,11 +205,12 @@ class Effect:
         """Whether a diagnosis of these data should try it, where the robot can show it at all."""
         return True
 
-    def plainer(self, values: Sequence[float], load_nm: float) -> str | None:
-        """The name of a plainer effect that this one, with fitted ``values``, is just another word for; or None.
+    def plainer(self, values: Mapping[str, float], load_nm: float) -> tuple[str, Start] | None:
+        """The plainer effect that this one, with these values, is just another word for, and where to start its fit;
+        or None.
 
         Args:
-            values: of the fitted parameters, in their order.
+            values: of its parameters, fitted or known.
             load_nm: root mean square of the torque on the servos; 0 where it is not known.
         """
         return None

@@ -73,9 +73,9 @@ def test_a_free_joint_needs_a_body_to_say_how_it_swings() -> None:
 
 def test_a_torque_limit_that_holds_nothing_is_a_free_joint() -> None:
     limit = find_effect("torque_limit")
-    assert limit.plainer([0.01], 1.0) == "joint_free"
-    assert limit.plainer([0.5], 1.0) is None
-    assert limit.plainer([0.01], 0.0) is None  # no load is known
+    assert limit.plainer({"limit_nm": 0.01}, 1.0) == ("joint_free", {})
+    assert limit.plainer({"limit_nm": 0.5}, 1.0) is None
+    assert limit.plainer({"limit_nm": 0.01}, 0.0) is None  # no load is known
 
 
 def test_friction_is_off_in_one_coefficient_or_in_all_and_a_payload_sits_on_a_link() -> None:

@@ -86,7 +86,7 @@ class Evidence:
             self,
             angles=replace(self.angles, data=data),
             ground=ground,
-            scoring=replace(self.scoring, credit_square=None),
+            scoring=replace(self.scoring, healthy=None),
             predictor=predictor,
         )
 

@@ -35,7 +35,8 @@ class Scoring:
         decides: (B,) blocks that may decide between explanations: not those of runs that the user holds out.
         misfit_square: (B,) beside the allowed one, what all everyday effects together leave over: differences below
             it decide nothing between explanations.
-        credit_square: (B,) mean square below which a block is not credited; see ``without_credit``.
+        healthy: (B,) blocks of joints (or of the ground) without a gap; None: as yet unknown.
+        nominal_square: (B,) mean squares of the nominal prediction; see ``without_credit``.
     """
 
     joints: int
@@ -46,7 +47,8 @@ class Scoring:
     floor_square: Floats
     allowed_square: Floats
     decides: Bools
-    credit_square: Floats | None = None
+    healthy: Bools | None = None
+    nominal_square: Floats | None = None
     misfit_square: Floats | float = 0.0
 
     @property
@@ -80,8 +82,18 @@ class Scoring:
             healthy: (B,) blocks of joints (or of the ground) without a gap.
             nominal_square: (B,) mean squares of the nominal prediction.
         """
-        return replace(self, credit_square=np.where(healthy, nominal_square, 0.0))
+        return replace(self, healthy=healthy, nominal_square=nominal_square)
 
     def credited(self, mean_square: Floats) -> Floats:
-        """(B,) mean squares, no better than nominal where there is nothing to explain."""
-        return mean_square if self.credit_square is None else np.maximum(mean_square, self.credit_square)
+        """(B,) mean squares, those of the nominal prediction where there is nothing to explain and the whole joint (or
+        ground) does no worse.
+
+        Block by block it would be a debit without a credit: by chance every explanation is worse somewhere.
+        """
+        if self.healthy is None or self.nominal_square is None:
+            return mean_square
+        change = np.where(self.decides, self.score(mean_square) - self.score(self.nominal_square), 0.0)
+        worse = np.zeros(self.joints + 1, dtype=bool)  # the last one is the ground
+        for joint in np.unique(self.joint[self.healthy]):
+            worse[joint] = change[self.joint == joint].sum() < 0
+        return np.where(self.healthy & ~worse[self.joint], self.nominal_square, mean_square)

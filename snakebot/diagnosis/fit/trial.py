@@ -173,9 +173,10 @@ def _scored(
     every = range(len(evidence.data.runs))
     readings = predicted(theta, every)
     left = angles.residuals(readings, angles.shifts_s(readings, evidence.split.free, limits))
-    fitted = scoring.credited(np.concatenate([angles.blocks.mean_square(left), ground_square(theta)]))
+    fitted = np.concatenate([angles.blocks.mean_square(left), ground_square(theta)])
     run_theta = [theta] * len(every)
     if not cross or not evidence.split.folds:
+        fitted = scoring.credited(fitted)
         return Trial(hypothesis, theta, covariance, fitted, fitted, readings, left, tuple(run_theta))
     held = fitted.copy()
     held_readings, held_left = list(readings), list(left)
@@ -190,9 +191,9 @@ def _scored(
         for index in fold.score:
             run_theta[index] = own
             held_readings[index], held_left[index] = mixed[index], shifted[index]
-        square = scoring.credited(np.concatenate([angles.blocks.mean_square(shifted), ground_square(own)]))
         mine = np.isin(scoring.run, fold.score)
-        held[mine] = square[mine]
+        held[mine] = np.concatenate([angles.blocks.mean_square(shifted), ground_square(own)])[mine]
+    fitted, held = scoring.credited(fitted), scoring.credited(held)
     return Trial(hypothesis, theta, covariance, fitted, held, held_readings, held_left, tuple(run_theta))
 
 

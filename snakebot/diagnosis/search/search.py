@@ -20,8 +20,8 @@ from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.acceptance import accepted, closed_enough, closes_more, excess
-from snakebot.diagnosis.search.candidate import Candidate
-from snakebot.diagnosis.search.candidates import elsewhere
+from snakebot.diagnosis.search.candidate import Candidate, start_values
+from snakebot.diagnosis.search.candidates import elsewhere, kinds
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rivals import rivals
 from snakebot.diagnosis.search.rounds import MANY_TERMS, NO_LOSS, explore, first_looks, held_out, ranked
@@ -124,7 +124,7 @@ def search(
             round_ = []
     scoring = evidence.scoring
     pruned, without = prune(evidence, best)
-    best = _plain(evidence, pruned, singles)
+    best = _plain(evidence, every_effect, pruned)
     untested = not best.hypothesis.terms
     predicted = best
     if untested:
@@ -307,7 +307,7 @@ def _shared(evidence: Evidence, best: Trial) -> Trial:
     return best
 
 
-def _plain(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
+def _plain(evidence: Evidence, library: Library, best: Trial) -> Trial:
     """The same said more plainly: of all joints where that does as well, and by the plainer effect that it comes to."""
     best = _shared(evidence, best)
     for term in best.hypothesis.terms:
@@ -320,12 +320,27 @@ def _plain(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
         lost = evidence.scoring.gain(best.held_square, wider.held_square)
         if lost.mean < max(lost.se, NO_LOSS):
             best = wider
-    if len(best.hypothesis.names) != 1:
-        return best
+    return _by_plainer_effects(evidence, library, best)
+
+
+def _by_plainer_effects(evidence: Evidence, library: Library, best: Trial) -> Trial:
+    """With the plainer effect in the place of one that comes to it, where that does as well."""
+    usable = {effect.name: effect for effect in library.effects}
     simulator = evidence.predictor.simulator
     loads = [load for load in map(simulator.load, evidence.split.free) if load is not None]
     load_nm = float(np.sqrt(np.mean([np.mean(np.square(load)) for load in loads]))) if loads else 0.0
-    (term, *_), (values, *_) = best.hypothesis.terms, best.hypothesis.split(best.theta)
-    name = find_effect(term.effect).plainer([float(v) for v in values], load_nm)
-    plainer = next((t for t in singles if t.hypothesis.names == (name,)), None)
-    return plainer if plainer is not None and plainer.hypothesis.terms[0].joints == term.joints else best
+    for term in best.hypothesis.terms:
+        index = best.hypothesis.terms.index(term)
+        fitted = best.hypothesis.split(best.theta)[index].tolist()
+        values = {**dict(term.fixed), **dict(zip((p.name for p in term.open), fitted, strict=True))}
+        found = None if term.own else find_effect(term.effect).plainer(values, load_nm)
+        if found is None or found[0] not in usable or found[0] in best.hypothesis.names:
+            continue
+        name, start = found
+        other = replace(term, effect=name, fixed=kinds(library, usable[name])[0])
+        theta = np.concatenate([best.hypothesis.rest(best.theta, index), start_values(other, start)])
+        plainer = run_trial(evidence, best.hypothesis.without(index).plus(other), [theta])
+        lost = evidence.scoring.gain(best.held_square, plainer.held_square)
+        if lost.mean < max(lost.se, NO_LOSS):
+            best = plainer
+    return best

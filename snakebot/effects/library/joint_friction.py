@@ -10,6 +10,8 @@ from snakebot.effects.parameter import STIFFNESS_IN_MJCF, Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
 # values each were off by 21 and 12 % (RMS).
 COULOMB_SHARE = 0.2
 STIFFNESS_SHARE = 0.12
+
+NO_FRICTION = 0.01  # share of the usual load, below which friction holds nothing; chosen
 
 
 class JointFriction(Effect):
@@ -89,6 +93,12 @@ class JointFriction(Effect):
             {"coulomb_nm": friction.clip(2.0 * load), "stiffness_nm_rad": stiffness.clip(3.0 * stiff)},
             {"coulomb_nm": friction.clip(0.1 * load), "stiffness_nm_rad": stiff},
         ]
+
+    def plainer(self, values: Mapping[str, float], load_nm: float) -> tuple[str, Start] | None:
+        """Without friction the loop sags, and that is all."""
+        if values["coulomb_nm"] > NO_FRICTION * load_nm:
+            return None
+        return "compliance", {"stiffness_nm_rad": values["stiffness_nm_rad"]}
 
 
 EFFECT = JointFriction()

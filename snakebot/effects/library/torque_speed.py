@@ -10,6 +10,8 @@ from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 # Joints hardly turn without load: where the line ends there is extrapolated from where they work. Measured on opened
 # sets of the blind check (seeds 7, 8, 9, 11): 15 of 17 values were off by 16 % (RMS), two by far more.
 NO_LOAD_SHARE = 0.16
+
+NO_LOAD = 0.01  # share of the stalling torque, below which a usual load slows nothing; chosen
 
 
 class TorqueSpeed(Effect):
@@ -78,6 +82,12 @@ class TorqueSpeed(Effect):
             {"no_load_rad_s": speed.clip(share * peak), "stall_nm": stall.clip(loads * load)}
             for share, loads in ((0.9, 2.5), (1.3, 2.5), (2.5, 1.4))
         ]
+
+    def plainer(self, values: Mapping[str, float], load_nm: float) -> tuple[str, Start] | None:
+        """A motor that no usual load slows has a constant limit."""
+        if load_nm > NO_LOAD * values["stall_nm"]:
+            return None
+        return "rate_limit", {"limit_rad_s": values["no_load_rad_s"]}
 
     def applies_to(self, robot: Robot) -> bool:
         return knows_load(robot)

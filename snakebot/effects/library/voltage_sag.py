@@ -10,10 +10,14 @@ from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from snakebot.effects.effect import Start
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
+
+NO_DROP_PER_S = 1e-3  # 1 % in ten seconds, below which a limit is taken to be constant; chosen
 
 
 class VoltageSag(Effect):
@@ -94,6 +98,12 @@ class VoltageSag(Effect):
             {"initial_rad_s": limit.clip(first), "drop_per_s": drop.clip(fall / observed.duration_s)}
             for first, fall in begin
         ]
+
+    def plainer(self, values: Mapping[str, float], load_nm: float) -> tuple[str, Start] | None:
+        """A limit that does not fall is a constant one."""
+        if values["drop_per_s"] > NO_DROP_PER_S:
+            return None
+        return "rate_limit", {"limit_rad_s": values["initial_rad_s"]}
 
 
 EFFECT = VoltageSag()

@@ -3,43 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from typing import Any
 
 import click
 
 from snakebot.cli import names
+from snakebot.cli.board_options import BoardOptions, SimOptions, symlink_option, wire_options
 from snakebot.cli.board_settings import trim, zero
 from snakebot.cli.groups import Group
 from snakebot.cli.ports import SIM
 from snakebot.cli.robot_option import robot_option
-
-
-def _ends(function: Callable[..., None]) -> Callable[..., None]:
-    """Options of a command that serves a board: where hosts reach it."""
-    options = (
-        click.option(
-            "--serial", "as_serial", is_flag=True, help="Serve on a serial line (a pseudo-terminal)."
-        ),
-        click.option(
-            "--tcp",
-            is_flag=False,
-            flag_value="127.0.0.1:0",
-            metavar="[HOST:]PORT",
-            help="Serve on a TCP port; 0 takes a free one. This computer only, unless HOST says otherwise.",
-        ),
-        click.option(
-            "--can", metavar="INTERFACE/CHANNEL", help="Serve on a CAN bus, or `slcan` on a pseudo-terminal."
-        ),
-    )
-    for option in reversed(options):
-        function = option(function)
-    return function
-
-
-_symlink = click.option(
-    "--symlink", type=click.Path(dir_okay=False), help="Also make the pseudo-terminal known by this name."
-)
+from snakebot.cli.typed_options import collected
 
 
 @click.group(
@@ -80,14 +53,14 @@ Examples:
 It prints the --port to use, and answers until Ctrl-C.
 """,
 )
-@_ends
+@wire_options
 @click.option(
     "--feetech", is_flag=True, help="Emulate Feetech bus servos; a board is put in front by the host."
 )
 @click.option("--dynamixel", is_flag=True, help="Emulate Dynamixel bus servos.")
 @click.option("--model", help="Servos of this model [as the robot's description says, or sts3215, xl330].")
 @click.option("--damage", help="Of the servos' wire: flip=0.01,drop=0.05 (a byte, a packet).")
-@_symlink
+@symlink_option
 @robot_option()
 @click.option(
     "--effect",
@@ -112,13 +85,13 @@ It prints the --port to use, and answers until Ctrl-C.
     help="The board waits N ms for a set-point, 20 to 255, for a computer that stands still now and then [100].",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the port as one JSON object.")
-def sim(**options: Any) -> None:
+@collected(SimOptions)
+def sim(options: SimOptions) -> None:
     """A simulated board in a process of its own: what a host sees is a real board on a real wire."""
-    families = [family for family in ("feetech", "dynamixel") if options[family]]
-    if families:
+    if options.feetech or options.dynamixel:
         from snakebot.cli.board_servos import emulate_servos
 
-        emulate_servos(families, options)
+        emulate_servos(options)
     else:
         from snakebot.cli.board_sim import serve_board
 
@@ -138,8 +111,8 @@ servos relax when the host dies. Only if this process dies too do Feetech servos
 """,
 )
 @click.argument("port", shell_complete=names.ports)
-@_ends
-@_symlink
+@wire_options
+@symlink_option
 @robot_option()
 @click.option(
     "--no-servo-watchdog", is_flag=True, help="Drive Dynamixel servos although one has no bus watchdog."
@@ -150,11 +123,12 @@ servos relax when the host dies. Only if this process dies too do Feetech servos
     is_flag=True,
     help="Print the port, and what is known of the servos, as one JSON object.",
 )
-def serve(port: str, **options: Any) -> None:
+@collected(BoardOptions)
+def serve(port: str, no_servo_watchdog: bool, options: BoardOptions) -> None:
     """A board in a process of its own in front of the bus servos on PORT (feetech:..., dynamixel:...)."""
     from snakebot.cli.board_servos import serve_servos
 
-    serve_servos(port, options)
+    serve_servos(port, options, watchdog=not no_servo_watchdog)
 
 
 @command.command(

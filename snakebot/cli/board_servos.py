@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,6 +13,7 @@ from snakebot.cli.board_sim import announce, check_wires, named, open_end, until
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
+    from snakebot.cli.board_options import BoardOptions, SimOptions
     from snakebot.robot import Robot
     from snakebot.servobus.emulated import EmulatedBus
     from snakebot.servobus.opening import ServoBoard
@@ -24,7 +25,7 @@ _USUAL_MODEL = {"feetech": "sts3215", "dynamixel": "xl330"}
 # -- board serve ------------------------------------------------------------------------------------------------------
 
 
-def serve_servos(port_text: str, options: dict[str, Any]) -> None:
+def serve_servos(port_text: str, options: BoardOptions, *, watchdog: bool) -> None:
     """Put a board in front of the servos on a bus, on the wire that was asked for, until Ctrl-C or SIGTERM."""
     from snakebot.clock import MonotonicClock
     from snakebot.control import registry
@@ -40,17 +41,15 @@ def serve_servos(port_text: str, options: dict[str, Any]) -> None:
         raise BadInputError(
             f"{port_text}: only servo buses need a board: feetech:/dev/ttyUSB0?ids=1-5 or dynamixel:..."
         )
-    robot = load_robot(options["robot_source"])
+    robot = load_robot(options.robot_source)
     clock = MonotonicClock()
     stop = until_told()
     with contextlib.ExitStack() as stack:
         board = stack.enter_context(
-            contextlib.closing(
-                open_servos(port, robot, clock, watchdog=not options["no_servo_watchdog"], lasting=True)
-            )
+            contextlib.closing(open_servos(port, robot, clock, watchdog=watchdog, lasting=True))
         )
         end = stack.enter_context(contextlib.closing(open_end(options)))
-        shown = stack.enter_context(named(end, options["symlink"]))
+        shown = stack.enter_context(named(end, options.symlink))
         stack.enter_context(registry.registered(shown, registry.BOARDS))
         announce(shown, robot, options, f"board in front of {port}", servo_bus=board.about())
         _tell(board)
@@ -99,24 +98,23 @@ def _telling_faults(board: ServoBoard, stop: threading.Event) -> Iterator[None]:
 # -- board sim --feetech ----------------------------------------------------------------------------------------------
 
 
-def emulate_servos(families: Sequence[str], options: dict[str, Any]) -> None:
+def emulate_servos(options: SimOptions) -> None:
     """Servos that are not there, on a pseudo-terminal, until Ctrl-C or SIGTERM."""
-    if len(families) > 1:
+    if options.feetech and options.dynamixel:
         raise BadInputError("--feetech and --dynamixel: choose one")
-    family = families[0]
+    family = "feetech" if options.feetech else "dynamixel"
     from snakebot.clock import MonotonicClock, urgent
     from snakebot.control import registry
     from snakebot.servobus.emulated.end import ServoBusEnd, serve_servos
 
-    for name in ("as_serial", "tcp", "can"):
-        if options[name]:
-            raise BadInputError(
-                f"--{family}: servos are on a pseudo-terminal; "
-                f"`snakebot board serve {family}:... --tcp` puts a board in front of them"
-            )
-    if options["watchdog_ms"] is not None:
+    if options.as_serial or options.tcp or options.can:
+        raise BadInputError(
+            f"--{family}: servos are on a pseudo-terminal; "
+            f"`snakebot board serve {family}:... --tcp` puts a board in front of them"
+        )
+    if options.watchdog_ms is not None:
         raise BadInputError(f"--watchdog-ms is of a simulated board; with --{family} there is none")
-    if options["faults"]:
+    if options.faults:
         raise BadInputError(
             f"--fault breaks joints of a simulated board; with --{family} use --effect, or --damage for the wire"
         )
@@ -125,14 +123,14 @@ def emulate_servos(families: Sequence[str], options: dict[str, Any]) -> None:
     stop = until_told()
     with contextlib.ExitStack() as stack:
         end = stack.enter_context(contextlib.closing(ServoBusEnd(bus, clock)))
-        port = stack.enter_context(named(end, options["symlink"]))
+        port = stack.enter_context(named(end, options.symlink))
         stack.enter_context(registry.registered(port, registry.BOARDS))
         announce(port, robot, options, f"emulated {family} servos")
         with urgent():
             serve_servos(end, stop)
 
 
-def make_bus(family: str, options: dict[str, Any], now_s: Callable[[], float]) -> tuple[EmulatedBus, Robot]:
+def make_bus(family: str, options: SimOptions, now_s: Callable[[], float]) -> tuple[EmulatedBus, Robot]:
     """The servos of a robot's description, or ``--model`` with ids from 1; and the robot that they move."""
     from snakebot.effects import Plant, parse_effects
     from snakebot.robot import load_robot
@@ -141,24 +139,24 @@ def make_bus(family: str, options: dict[str, Any], now_s: Callable[[], float]) -
     from snakebot.servobus.models import model_named
     from snakebot.softboard.disturbance import BadPackets
 
-    robot = load_robot(options["robot_source"])
-    model = options["model"] or _USUAL_MODEL[family]
+    robot = load_robot(options.robot_source)
+    model = options.model or _USUAL_MODEL[family]
     servos, zeros = [], []
     for wanted in wanted_servos(robot, ()):
-        chosen = model_named(options["model"] or wanted.model or model)
+        chosen = model_named(options.model or wanted.model or model)
         if chosen.family != family:
             raise BadInputError(f"--{family}: {chosen.name} is a {chosen.family} servo")
         servos.append(EmulatedServo(chosen, wanted.id))
         middle = (chosen.lowest + chosen.highest + 1) // 2
         zeros.append(float(middle if wanted.zero_counts is None else wanted.zero_counts))
     directions = [servo.direction for servo in wanted_servos(robot, ())]
-    plant = Plant(robot, parse_effects(options["effects"], robot), options["seed"])
+    plant = Plant(robot, parse_effects(options.effects, robot), options.seed)
     chain = ServoChain(robot, plant, servos, zeros, directions)
     wires: dict[str, Any] = {}
-    if options["damage"]:
-        rates = parse_damage(options["damage"])
+    if options.damage:
+        rates = parse_damage(options.damage)
         for offset, name in enumerate(("to_servos", "to_host")):
-            wires[name] = BadPackets(rates, options["seed"] + offset, now_s)
+            wires[name] = BadPackets(rates, options.seed + offset, now_s)
     bus = EmulatedBus(servos, chain, **wires)
     bus.advance(0.002)  # what is compiled is compiled now
     return bus, robot

@@ -18,16 +18,17 @@ import click
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
+    from snakebot.cli.board_options import BoardOptions, SimOptions
     from snakebot.links import Link
     from snakebot.robot import Robot
     from snakebot.softboard import SoftBoard
     from snakebot.softboard.broken import Breakage
 
 
-def serve_board(options: dict[str, Any]) -> None:
+def serve_board(options: SimOptions) -> None:
     """Make the board, open the wire, say which, and answer until Ctrl-C or SIGTERM."""
-    for name in ("model", "damage"):
-        if options[name] is not None:
+    for name, value in (("model", options.model), ("damage", options.damage)):
+        if value is not None:
             raise BadInputError(f"--{name} is for --feetech and --dynamixel")
     from snakebot.clock import MonotonicClock
     from snakebot.control import registry
@@ -36,59 +37,57 @@ def serve_board(options: dict[str, Any]) -> None:
     from snakebot.softboard import serve
 
     check_wires(options)
-    watchdog_ms = _watchdog_ms(options["watchdog_ms"])
-    robot = load_robot(options["robot_source"])
-    specs = parse_effects(options["effects"], robot)
-    breakages = [_breakage(text, robot) for text in options["faults"]]
+    watchdog_ms = _watchdog_ms(options.watchdog_ms)
+    robot = load_robot(options.robot_source)
+    specs = parse_effects(options.effects, robot)
+    breakages = [_breakage(text, robot) for text in options.faults]
     stop = until_told()
     with contextlib.ExitStack() as stack:
         end = stack.enter_context(contextlib.closing(open_end(options)))
-        port = stack.enter_context(named(end, options["symlink"]))
-        board = _board(robot, specs, breakages, options["seed"], watchdog_ms)
+        port = stack.enter_context(named(end, options.symlink))
+        board = _board(robot, specs, breakages, options.seed, watchdog_ms)
         stack.enter_context(registry.registered(port, registry.BOARDS))
         announce(port, robot, options, "simulated board")
         serve(board, end, MonotonicClock(), stop)
 
 
-def check_wires(options: dict[str, Any], example: str = "snakebot board sim --serial") -> None:
+def check_wires(options: BoardOptions, example: str = "snakebot board sim --serial") -> None:
     """
     Raises:
         BadInputError: not one wire, or a name for one that has none.
     """
-    chosen = [name for name, given in _wires(options).items() if given]
+    wires = {"--serial": options.as_serial, "--tcp": options.tcp, "--can": options.can}
+    chosen = [name for name, given in wires.items() if given]
     if len(chosen) != 1:
         what = "say where" if not chosen else f"{' and '.join(chosen)}: choose one"
         raise BadInputError(
             f"{what}: --serial, --tcp [HOST:]PORT or --can INTERFACE/CHANNEL, for example: {example}"
         )
-    if options["symlink"] and not (options["as_serial"] or options["can"] == "slcan"):
+    if options.symlink and not (options.as_serial or options.can == "slcan"):
         raise BadInputError("--symlink names a pseudo-terminal: it goes with --serial or --can slcan")
 
 
-def _wires(options: dict[str, Any]) -> dict[str, Any]:
-    return {"--serial": options["as_serial"], "--tcp": options["tcp"], "--can": options["can"]}
-
-
-def open_end(options: dict[str, Any]) -> Link:
+def open_end(options: BoardOptions) -> Link:
     """The board's end of the wire."""
     from snakebot.softboard import PtyEnd, TcpEnd
     from snakebot.softboard.slcan_end import SlcanEnd
 
-    if options["as_serial"]:
+    if options.as_serial:
         return PtyEnd()
-    if options["tcp"]:
-        host, number = _address(options["tcp"])
+    if options.tcp:
+        host, number = _address(options.tcp)
         end = TcpEnd(host, number)
         if not ipaddress.ip_address(end.address[0]).is_loopback:
             _warn_of_others(host)
         return end
-    if options["can"] == "slcan":
+    if options.can == "slcan":
         return SlcanEnd()
     from snakebot.links.can_link import open_can
     from snakebot.links.multicast import OPTION as NETWORK
     from snakebot.links.port import CanPort, parse_port
 
-    port = parse_port("can:" + options["can"].removeprefix("can:"))
+    assert options.can is not None  # check_wires
+    port = parse_port("can:" + options.can.removeprefix("can:"))
     assert isinstance(port, CanPort)
     link = open_can(port, role="Board")
     if port.interface == "udp_multicast" and dict(port.options).get(NETWORK, "0") != "0":
@@ -176,9 +175,9 @@ def until_told() -> threading.Event:
     return stop
 
 
-def announce(port: str, robot: Robot, options: dict[str, Any], what: str, **more: Any) -> None:
+def announce(port: str, robot: Robot, options: BoardOptions, what: str, **more: Any) -> None:
     """One line on standard output, for people and for programs that wait for it; these get ``more``."""
-    if options["as_json"]:
+    if options.as_json:
         about = {"port": port, "robot": robot.name, "joints": robot.joints, "pid": os.getpid()}
         click.echo(json.dumps({**about, **more}))
     else:

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from snakebot.cli.log import JSON_OPTION, LOG, existing, tell
+from snakebot.cli.map_options import MapOptions, map_options
 from snakebot.cli.robot_option import robot_option
 from snakebot.cli.run_options import check_speed
+from snakebot.cli.typed_options import collected
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -29,24 +31,19 @@ current_1_a, supply_v, temperature_1_c. UNIT: s ms us ns min, rad deg rev mrad c
 """
 
 
-def _table_options(function: Any) -> Any:
-    for option in (
-        click.option("--skip-rows", type=click.IntRange(min=0), help="Lines before the header [found out]."),
-        click.option("--decimal", type=click.Choice([".", ","]), help="Decimal sign of the CSV [found out]."),
-        click.option("--delimiter", help="Between the CSV's columns; 'tab' for tabs [found out]."),
-        click.option(
-            "--map-file", type=LOG, help="A file with one map entry a line; # begins a comment line."
-        ),
-        click.option("--map", "entries", multiple=True, help="NAME=[-]COLUMN[:UNIT], as often as needed."),
-    ):
-        function = option(function)
-    return function
+_map_options = map_options(
+    entries="NAME=[-]COLUMN[:UNIT], as often as needed.",
+    map_file="A file with one map entry a line; # begins a comment line.",
+    delimiter="Between the CSV's columns; 'tab' for tabs [found out].",
+    decimal="Decimal sign of the CSV [found out].",
+    skip_rows="Lines before the header [found out].",
+)
 
 
 @click.command("import", short_help="Make a log from any table, by a column map.", epilog=IMPORT_EPILOG)
 @click.argument("table", type=LOG)
 @click.argument("output", type=LOG)
-@_table_options
+@_map_options
 @robot_option()
 @click.option("--alpha", type=float, help="Gait of the run, deg; with --beta and --omega.")
 @click.option("--beta", type=float, help="deg")
@@ -54,7 +51,19 @@ def _table_options(function: Any) -> Any:
 @click.option("--speed", type=float, help="Measured forward speed, m/s.")
 @click.option("--note", help="Anything worth remembering; stored with the log.")
 @JSON_OPTION
-def import_log(table: Path, output: Path, robot_source: str, as_json: bool, **options: Any) -> None:
+@collected(MapOptions)
+def import_log(
+    table: Path,
+    output: Path,
+    robot_source: str,
+    alpha: float | None,
+    beta: float | None,
+    omega: float | None,
+    speed: float | None,
+    note: str | None,
+    as_json: bool,
+    options: MapOptions,
+) -> None:
     """Make the log OUTPUT from TABLE (CSV, CSV.gz, Parquet) that another program recorded."""
     from snakebot.robot import load_robot
     from snakebot.runlog import gait_to_mapping
@@ -62,7 +71,7 @@ def import_log(table: Path, output: Path, robot_source: str, as_json: bool, **op
     from snakebot.runlog.importing import import_table
 
     robot = load_robot(robot_source)
-    gait = {"alpha_deg": options["alpha"], "beta_deg": options["beta"], "omega_rad_s": options["omega"]}
+    gait = {"alpha_deg": alpha, "beta_deg": beta, "omega_rad_s": omega}
     about: dict[str, Any] = {}
     if any(value is not None for value in gait.values()):
         from snakebot.runlog.log import gait_from_mapping
@@ -70,12 +79,12 @@ def import_log(table: Path, output: Path, robot_source: str, as_json: bool, **op
         given = {key: value for key, value in gait.items() if value is not None}
         parsed = gait_from_mapping(given, "--alpha, --beta, --omega")
         about["gait"] = gait_to_mapping(parsed) if parsed is not None else None
-    check_speed(options["speed"])
-    if options["speed"] is not None:
-        about.update(forward_speed_m_s=options["speed"], forward_speed_source="entered by hand")
-    if options["note"]:
-        about["notes"] = options["note"]
-    mapping = parse_map(entries_of(options), robot)
+    check_speed(speed)
+    if speed is not None:
+        about.update(forward_speed_m_s=speed, forward_speed_source="entered by hand")
+    if note:
+        about["notes"] = note
+    mapping = parse_map(options.all_entries(), robot)
     path = import_table(table, output, robot, mapping, about, _dialect(table, options))
     tell({"output": str(path), "robot": robot.name}, as_json, f"{path}: of robot {robot.name}")
 
@@ -97,9 +106,10 @@ minus run time, s), by its wall clock (times since 1970), or, without either, by
 @click.option("--speed", type=float, help="Measured forward speed, m/s.")
 @click.option("--track", type=LOG, help="Table of where the robot was.")
 @click.option("--offset", type=float, help="Track time minus run time, s.")
-@_table_options
+@_map_options
 @click.option("-o", "--output", type=LOG, help="Write here [rewrite LOG, in one step].")
 @JSON_OPTION
+@collected(MapOptions)
 def merge(
     log: Path,
     speed: float | None,
@@ -107,7 +117,7 @@ def merge(
     offset: float | None,
     output: Path | None,
     as_json: bool,
-    **options: Any,
+    options: MapOptions,
 ) -> None:
     """Add a measured speed, or a track on a clock of its own, to LOG."""
     from snakebot.runlog.merging import merge_speed
@@ -129,7 +139,7 @@ def merge(
 
 
 def _merge_track(
-    log: Path, table: Path, offset_s: float | None, output: Path | None, options: dict[str, Any]
+    log: Path, table: Path, offset_s: float | None, output: Path | None, options: MapOptions
 ) -> dict[str, Any]:
     from snakebot.analysis.speed import forward_speed
     from snakebot.analysis.steady import find_steady_state
@@ -141,7 +151,7 @@ def _merge_track(
     run = contents.to_run()
     gait = contents.gait
     period_s = gait.period_s if gait is not None and math.isfinite(gait.period_s) else 1.0
-    track = read_track(table, parse_map(entries_of(options), contents.robot), _dialect(table, options))
+    track = read_track(table, parse_map(options.all_entries(), contents.robot), _dialect(table, options))
     track = with_heading(track, period_s)
     offset, aligned_by = place_track(
         contents, track, None if offset_s is None else _finite("--offset", offset_s)
@@ -172,39 +182,10 @@ def _finite(name: str, value: float) -> float:
     return value
 
 
-def entries_of(options: dict[str, Any]) -> list[str]:
-    """The entries of ``--map`` and ``--map-file``."""
-    entries = list(options["entries"])
-    if options["map_file"] is not None:
-        try:
-            lines = options["map_file"].read_text(encoding="utf-8").splitlines()
-        except OSError as error:
-            raise BadInputError(
-                f"{options['map_file']}: cannot read the column map: {error.strerror}"
-            ) from None
-        except UnicodeDecodeError:
-            raise BadInputError(f"{options['map_file']}: not a column map: no UTF-8 text") from None
-        entries += [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    return entries
-
-
-def delimiter_of(text: str) -> str:
-    """What ``--delimiter`` says.
-
-    Raises:
-        BadInputError: no single character.
-    """
-    delimiter = {"tab": "\t", "space": " "}.get(text, text)
-    if len(delimiter) != 1:
-        raise BadInputError(f"--delimiter {delimiter!r}: give one character, or 'tab'")
-    return delimiter
-
-
-def _dialect(table: Path, options: dict[str, Any]) -> CsvForm | None:
+def _dialect(table: Path, options: MapOptions) -> CsvForm | None:
     """How the table is written, as the options say; what they leave open is found out."""
     from snakebot.runlog.foreign.csv_form import find_form
 
     if table.name.endswith(".parquet"):
         return None
-    delimiter = None if options["delimiter"] is None else delimiter_of(options["delimiter"])
-    return find_form(table, delimiter, options["decimal"], options["skip_rows"]).form
+    return find_form(table, options.separator(), options.decimal, options.skip_rows).form

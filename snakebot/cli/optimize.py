@@ -7,7 +7,7 @@ import shlex
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
@@ -18,9 +18,8 @@ from snakebot.errors import BadInputError
 from snakebot.resources import DEFAULT_ROBOT
 
 if TYPE_CHECKING:
+    from snakebot.cli.optimize_live import Undertaking
     from snakebot.effects import EffectSpec
-    from snakebot.optimise.goal import Goal
-    from snakebot.optimise.promise import OptimiseOptions
     from snakebot.optimise.shape import Amplitudes
     from snakebot.robot import Robot
 
@@ -130,7 +129,10 @@ def command(
     as_json: bool,
     port: str | None,
     logs: Path | None,
-    **live_options: Any,
+    budget: int,
+    repeats: int,
+    yes: bool,
+    fast: bool,
 ) -> None:
     """The best gait of ROBOT, a description by name or file, with the effects in it.
 
@@ -162,8 +164,13 @@ def command(
     )  # fmt: skip
     folder = out or Path("results") / f"optimize_{Path(robot_source).stem}"
     if port is not None and logs is not None:
+        from snakebot.cli.optimize_live import Undertaking
+        from snakebot.cli.run_options import RunOptions
+
         which = _which(robot_source, ()) + f" --port {shlex.quote(port)}"
-        _live(robot, goal, options, folder, port, logs, effects, as_json, live_options, which)
+        run_options = RunOptions(port=port, effects=effects, yes=yes, fast=fast)
+        asked = Undertaking(logs, goal, options, run_options, budget, repeats)
+        _live(robot, asked, folder, as_json, which)
         return
     with _counter(as_json) as progress, Workers(dask) as workers:
         result = optimise(
@@ -208,28 +215,23 @@ def _check_live(
         raise BadInputError("--fault: not with --live; the diagnosis finds a broken joint itself")
 
 
-def _live(
-    robot: Robot, goal: Goal, options: OptimiseOptions, folder: Path, port: str, logs: Path, effects: tuple[str, ...],
-    as_json: bool, given: dict[str, Any], which: str,
-) -> None:  # fmt: skip
+def _live(robot: Robot, asked: Undertaking, folder: Path, as_json: bool, which: str) -> None:
     from snakebot.cli.diagnose_live import check_runs
-    from snakebot.cli.optimize_live import Undertaking, lines, optimize_live
-    from snakebot.cli.run_options import RunOptions
+    from snakebot.cli.optimize_live import lines, optimize_live
     from snakebot.optimise.figure import optimum_figure
     from snakebot.studies.figures import save
 
-    run_options = RunOptions(port=port, effects=effects, yes=given["yes"], fast=given["fast"])
     # Where somebody said no to the first run, there are folders and nothing in them.
+    logs = asked.folder
     if logs.exists() and (not logs.is_dir() or any(not path.is_dir() for path in logs.rglob("*"))):
         raise BadInputError(f"{logs}: holds something already; give a new folder for the logs")
-    check_runs(run_options, robot)
-    asked = Undertaking(logs, goal, options, run_options, given["budget"], given["repeats"])
+    check_runs(asked.run_options, robot)
     result, proof = optimize_live(asked, robot, lambda text: click.echo(text, err=True))
     files = [*save(optimum_figure(result), folder, "optimum"), gait_file(result, folder, robot.name)]
 
     def show_both() -> None:
         show(result, robot, which)
-        for line in lines(goal, proof):
+        for line in lines(asked.goal, proof):
             click.echo(line)
 
     finish({**result.summary(), "proof": proof.summary()}, as_json, show_both, files)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import functools
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from snakebot.cli import names
 from snakebot.cli.ports import SIM
+from snakebot.cli.typed_options import collected, given
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 FASTEST_M_S = 100.0  # a --speed beyond it is a slip; chosen, no snake comes near it
-Option = Callable[[Callable[..., None]], Callable[..., None]]
 
 
 @dataclass(frozen=True)
@@ -158,22 +157,9 @@ _OPTIONS = (
 
 def run_options(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command these options, in this order in its help; it is handed them as ``options``."""
-    own = [field.name for field in fields(RunOptions)]
-
-    @functools.wraps(command)
-    def collected(**given: Any) -> None:
-        options = RunOptions(**{name: given.pop(name) for name in own})
-        command(options=options, **given)
-
-    return _given(collected, _OPTIONS)
+    return given(collected(RunOptions)(command), _OPTIONS)
 
 
 def view_options(command: Callable[..., None]) -> Callable[..., None]:
     """The options of the live page alone; ``run_options`` has them, too."""
-    return _given(command, _VIEW_OPTIONS)
-
-
-def _given(command: Callable[..., None], options: Sequence[Option]) -> Callable[..., None]:
-    for option in reversed(options):
-        command = option(command)
-    return command
+    return given(command, _VIEW_OPTIONS)

@@ -6,18 +6,22 @@ import json
 import math
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
+from snakebot.cli.map_options import MapOptions, map_options
 from snakebot.cli.robot_option import robot_option
+from snakebot.cli.typed_options import collected
 from snakebot.errors import BadInputError
 
 if TYPE_CHECKING:
+    from snakebot.runlog import Run
     from snakebot.runlog.foreign.angles import AngleForm
     from snakebot.runlog.foreign.source import SourceOptions
+    from snakebot.runlog.session_write import TableFormat
 
 PATH = click.Path(path_type=Path)
 
@@ -36,6 +40,74 @@ A map entry is NAME=[-]COLUMN[:UNIT], as of snakebot log import.
 """
 
 
+@dataclass(frozen=True)
+class ImportOptions(MapOptions):
+    """What the options say of the recordings, as they are typed."""
+
+    units: str | None
+    counts_per_rev: int | None
+    centre: str | None
+    direction: str | None
+    ranges: str | None
+    time_unit: str | None
+    rate: float | None
+    joints: str | None
+    episodes: str | None
+    measured: str | None
+    command_topic: str | None
+
+    def source(self) -> SourceOptions:
+        """What the reading of recordings needs of it.
+
+        Raises:
+            BadInputError: a text that is not in its grammar, or a rate out of range.
+        """
+        from snakebot.runlog.foreign.lerobot import parse_episodes
+        from snakebot.runlog.foreign.source import SourceOptions
+        from snakebot.runlog.foreign.tables import TableOptions
+
+        if self.rate is not None and not 0 < self.rate < 1e6:
+            raise BadInputError(f"--rate {self.rate:g}: rows a second, more than 0 and less than a million")
+        names = self.joints or ""
+        joints = tuple(name.strip() for name in names.split(",") if name.strip())
+        if len(set(joints)) != len(joints):
+            raise BadInputError(f"--joints {names[:60]}: a joint stands twice")
+        table = TableOptions(
+            entries=tuple(self.all_entries()),
+            delimiter=self.separator(),
+            decimal=self.decimal,
+            skip_rows=self.skip_rows,
+            time_unit=self.time_unit,
+            rate_hz=self.rate,
+            angles=self._angles(),
+        )
+        return SourceOptions(
+            table=table,
+            measured=self.measured,
+            command=self.command_topic,
+            joints=joints,
+            episodes=None if self.episodes is None else parse_episodes(self.episodes),
+        )
+
+    def _angles(self) -> AngleForm:
+        from snakebot.runlog.foreign.angles import AngleForm
+
+        form = AngleForm(self.units, counts_per_rev=self.counts_per_rev)
+        if self.centre is not None:
+            form = replace(form, centre=_numbers("--centre", self.centre))
+        if self.direction is not None:
+            direction = _numbers("--direction", self.direction)
+            if any(sign not in (1.0, -1.0) for sign in direction):
+                raise BadInputError(f"--direction {self.direction[:60]}: 1 or -1, one or one a joint")
+            form = replace(form, direction=direction)
+        if self.ranges is not None:
+            spans = [_numbers("--range", part, ":") for part in self.ranges.split(",")]
+            if any(len(span) != 2 or not span[0] < span[1] for span in spans):
+                raise BadInputError(f"--range {self.ranges[:60]}: write LOW:HIGH in degrees, LOW below HIGH")
+            form = replace(form, range_deg=tuple((span[0], span[1]) for span in spans))
+        return form
+
+
 @click.command("import", short_help="Make a session of any robot's recordings.", epilog=EPILOG)
 @click.argument("sources", type=PATH, nargs=-1, required=True)
 @click.option("-o", "--output", type=PATH, required=True, help="The session folder to write.")
@@ -51,11 +123,13 @@ A map entry is NAME=[-]COLUMN[:UNIT], as of snakebot log import.
 @click.option(
     "--range", "ranges", help="Angles at -100 and 100 percent, LOW:HIGH in deg: one, or one a joint."
 )
-@click.option("--map", "entries", multiple=True, help="Tables: NAME=[-]COLUMN[:UNIT], as often as needed.")
-@click.option("--map-file", type=PATH, help="Tables: a file with one map entry a line.")
-@click.option("--delimiter", help="Tables: between columns; 'tab' for tabs [found out].")
-@click.option("--decimal", type=click.Choice([".", ","]), help="Tables: decimal sign [found out].")
-@click.option("--skip-rows", type=click.IntRange(min=0), help="Tables: lines before the header [found out].")
+@map_options(
+    entries="Tables: NAME=[-]COLUMN[:UNIT], as often as needed.",
+    map_file="Tables: a file with one map entry a line.",
+    delimiter="Tables: between columns; 'tab' for tabs [found out].",
+    decimal="Tables: decimal sign [found out].",
+    skip_rows="Tables: lines before the header [found out].",
+)
 @click.option("--time-unit", type=click.Choice(["s", "ms", "us", "ns", "min"]), help="Tables [found out].")
 @click.option("--rate", type=float, help="Tables without a time: rows a second, Hz.")
 @click.option("--joints", help="LeRobot, ROS 2: which joints, in which order, with commas between [all].")
@@ -68,13 +142,16 @@ A map entry is NAME=[-]COLUMN[:UNIT], as of snakebot log import.
 )
 @click.option("--yes", is_flag=True, help="Ask nothing.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object; ask nothing.")
+@collected(ImportOptions)
 def import_session(
     sources: tuple[Path, ...],
     output: Path,
     robot_source: str | None,
-    form: Any,
+    find_repeats: bool,
+    form: TableFormat,
+    yes: bool,
     as_json: bool,
-    **options: Any,
+    options: ImportOptions,
 ) -> None:
     """Write the session folder OUTPUT from SOURCES of any robot: tables, LeRobot datasets, ROS 2 bags."""
     from snakebot.robot import load_robot
@@ -84,8 +161,8 @@ def import_session(
 
     _check_output(output)
     robot = load_robot(robot_source) if robot_source is not None else None
-    said = _options(options)
-    asking = not (as_json or options["yes"]) and asks()
+    said = options.source()
+    asking = not (as_json or yes) and asks()
     if asking:
         from snakebot.cli.import_questions import ask
 
@@ -98,7 +175,7 @@ def import_session(
         _preview(found.runs[0])
         if not click.confirm(f"Write {output}?", default=True):
             raise BadInputError("nothing was written")
-    runs = mark_repeats(found.runs) if options["find_repeats"] else found.runs
+    runs = mark_repeats(found.runs) if find_repeats else found.runs
     write_session(output, found.robot, runs, form)
     result = {
         "output": str(output),
@@ -147,58 +224,6 @@ def _check_output(output: Path) -> None:
         raise BadInputError(f"{output}: exists already; a session is never written over another")
 
 
-def _options(options: dict[str, Any]) -> SourceOptions:
-    from snakebot.cli.log_tables import delimiter_of, entries_of
-    from snakebot.runlog.foreign.lerobot import parse_episodes
-    from snakebot.runlog.foreign.source import SourceOptions
-    from snakebot.runlog.foreign.tables import TableOptions
-
-    rate = options["rate"]
-    if rate is not None and not 0 < rate < 1e6:
-        raise BadInputError(f"--rate {rate:g}: rows a second, more than 0 and less than a million")
-    joints = tuple(name.strip() for name in (options["joints"] or "").split(",") if name.strip())
-    if len(set(joints)) != len(joints):
-        raise BadInputError(f"--joints {options['joints'][:60]}: a joint stands twice")
-    table = TableOptions(
-        entries=tuple(entries_of(options)),
-        delimiter=None if options["delimiter"] is None else delimiter_of(options["delimiter"]),
-        decimal=options["decimal"],
-        skip_rows=options["skip_rows"],
-        time_unit=options["time_unit"],
-        rate_hz=rate,
-        angles=_angles(options),
-    )
-    episodes = options["episodes"]
-    return SourceOptions(
-        table=table,
-        measured=options["measured"],
-        command=options["command_topic"],
-        joints=joints,
-        episodes=None if episodes is None else parse_episodes(episodes),
-    )
-
-
-def _angles(options: dict[str, Any]) -> AngleForm:
-    from snakebot.runlog.foreign.angles import AngleForm
-
-    form = AngleForm(options["units"], counts_per_rev=options["counts_per_rev"])
-    if options["centre"] is not None:
-        form = replace(form, centre=_numbers("--centre", options["centre"]))
-    if options["direction"] is not None:
-        direction = _numbers("--direction", options["direction"])
-        if any(sign not in (1.0, -1.0) for sign in direction):
-            raise BadInputError(f"--direction {options['direction'][:60]}: 1 or -1, one or one a joint")
-        form = replace(form, direction=direction)
-    if options["ranges"] is not None:
-        spans = [_numbers("--range", part, ":") for part in options["ranges"].split(",")]
-        if any(len(span) != 2 or not span[0] < span[1] for span in spans):
-            raise BadInputError(
-                f"--range {options['ranges'][:60]}: write LOW:HIGH in degrees, LOW below HIGH"
-            )
-        form = replace(form, range_deg=tuple((span[0], span[1]) for span in spans))
-    return form
-
-
 def _numbers(option: str, text: str, between: str = ",") -> tuple[float, ...]:
     try:
         found = tuple(float(part) for part in text.split(between))
@@ -209,7 +234,7 @@ def _numbers(option: str, text: str, between: str = ",") -> tuple[float, ...]:
     return found
 
 
-def _preview(run: Any) -> None:
+def _preview(run: Run) -> None:
     """The first samples of a run as they would be written, in degrees for the eye."""
     import numpy as np
 

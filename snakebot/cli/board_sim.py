@@ -11,6 +11,7 @@ import signal
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -168,10 +169,21 @@ def _board(robot: Robot, specs: Any, breakages: list[Breakage], seed: int, watch
 
 
 def until_told() -> threading.Event:
-    """An event that Ctrl-C, SIGTERM and a closed terminal set."""
+    """An event that Ctrl-C, SIGTERM and a closed terminal set.
+
+    A thread sets it: a handler comes in the middle of whatever the main thread does, and where that is a call of the
+    event itself, as in the handler of a signal just before, it would wait for a lock that only the main thread frees.
+    """
     stop = threading.Event()
+    told: SimpleQueue[int] = SimpleQueue()  # its ``put`` may be called in the middle of another
+
+    def wait_and_stop() -> None:
+        told.get()
+        stop.set()
+
+    threading.Thread(target=wait_and_stop, name="told", daemon=True).start()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda *_: stop.set())
+        signal.signal(number, lambda number, _: told.put(number))
     return stop
 
 

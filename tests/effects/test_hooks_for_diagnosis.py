@@ -102,3 +102,26 @@ def test_what_chance_decides_shows_in_the_scatter() -> None:
 def test_a_board_runs_on_the_clock_of_its_effects(ppm: float) -> None:
     specs = [parse_effect(f"clock_drift:ppm={ppm}"), parse_effect("servo_offset:offset_deg=1")]
     assert Plant(Robot(name="bench", joints=1), specs).clock_ppm == ppm
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "plain", "start"),
+    [
+        (
+            "joint_friction",
+            {"coulomb_nm": 0.0, "stiffness_nm_rad": 50.0},
+            "compliance",
+            {"stiffness_nm_rad": 50.0},
+        ),
+        ("voltage_sag", {"initial_rad_s": 2.0, "drop_per_s": 0.0}, "rate_limit", {"limit_rad_s": 2.0}),
+        ("torque_speed", {"no_load_rad_s": 2.0, "stall_nm": 500.0}, "rate_limit", {"limit_rad_s": 2.0}),
+    ],
+)
+def test_an_effect_without_what_makes_it_special_is_a_plainer_one(
+    effect: str, values: dict[str, float], plain: str, start: dict[str, float]
+) -> None:
+    assert find_effect(effect).plainer(values, 1.0) == (plain, start)
+    special = {"joint_friction": "coulomb_nm", "voltage_sag": "drop_per_s", "torque_speed": "stall_nm"}[
+        effect
+    ]
+    assert find_effect(effect).plainer({**values, special: 0.5}, 1.0) is None

@@ -26,7 +26,7 @@ from snakebot.robot import Robot
 # robots without an effect (seeds 5, 7 and 8 of the blind check, opened) one came to 3.5, one to 3.4, the others to 3.2.
 CREDIBLE = 3.3
 SHAPE_TOLERANCE = 0.02  # share of what the nominal lag changes, that a sound servo may differ by; chosen
-# Iterations of the reweighted least squares at most, and the change of a share, in its standard deviations, from which on
+# Iterations of the reweighted least squares at most, and the change of a share, in standard deviations, from which on
 # it goes on; chosen. Three are the rule; where a whole run is off at first, forty have been seen.
 REWEIGHTED, SETTLED = 50, 0.02
 SAG_TOLERANCE_RAD_NM = 2e-3  # to which a sound servo holds its angle under load, rad per N m; chosen

@@ -320,10 +320,10 @@ def _plain(evidence: Evidence, library: Library, best: Trial) -> Trial:
         lost = evidence.scoring.gain(best.held_square, wider.held_square)
         if lost.mean < max(lost.se, NO_LOSS):
             best = wider
-    return _by_plainer_effects(evidence, library, best)
+    return by_plainer_effects(evidence, library, best)
 
 
-def _by_plainer_effects(evidence: Evidence, library: Library, best: Trial) -> Trial:
+def by_plainer_effects(evidence: Evidence, library: Library, best: Trial) -> Trial:
     """With the plainer effect in the place of one that comes to it, where that does as well."""
     usable = {effect.name: effect for effect in library.effects}
     simulator = evidence.predictor.simulator

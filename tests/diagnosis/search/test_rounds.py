@@ -8,12 +8,13 @@ from sessions import make_session, snake
 
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import gather
-from snakebot.diagnosis.fit.hypothesis import Term
-from snakebot.diagnosis.fit.trial import Trial, nominal_trial
+from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.fit.trial import Trial, nominal_trial, run_trial
 from snakebot.diagnosis.search.candidate import added
 from snakebot.diagnosis.search.library import usable_effects
 from snakebot.diagnosis.search.outlook import SHARE_OF_BEST, promise
 from snakebot.diagnosis.search.rounds import explore
+from snakebot.diagnosis.search.search import by_plainer_effects
 from snakebot.effects.registry import find_effect
 
 pytestmark = pytest.mark.slow
@@ -62,3 +63,20 @@ def test_a_joint_that_gives_way_and_hardly_rubs_is_not_lost_to_friction_before_t
         return promise(evidence, base, added(base, Term(effect, (2,)), starts))
 
     assert promised("joint_friction") > SHARE_OF_BEST * promised("compliance") > 0
+
+
+@pytest.mark.parametrize(
+    ("effect", "kept"),
+    [("compliance:stiffness_nm_rad=60,joints=2", "compliance"),
+     ("joint_friction:coulomb_nm=0.3,stiffness_nm_rad=60,joints=2", "joint_friction")],
+)  # fmt: skip
+def test_dry_friction_of_nothing_is_a_joint_that_bends(effect: str, kept: str) -> None:
+    """However it came about that the plainer effect was not held out itself."""
+    evidence = gather(prepare(make_session(snake(), [effect])))
+    library = usable_effects(evidence.data, over_ground=False)
+    hypothesis = Hypothesis((Term("joint_friction", (2,)),))
+    found = by_plainer_effects(evidence, library, run_trial(evidence, hypothesis, [np.array([0.1, 50.0])]))
+    assert found.hypothesis.names == (kept,)
+    assert found.theta[-1] == pytest.approx(60, rel=0.1)
+    without = usable_effects(evidence.data, over_ground=False, exclude=["compliance"])
+    assert by_plainer_effects(evidence, without, found).hypothesis.names == (kept,)

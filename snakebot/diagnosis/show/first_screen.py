@@ -7,6 +7,7 @@ from math import degrees
 from snakebot.diagnosis.result import Diagnosis
 from snakebot.diagnosis.show import answer, certainty
 from snakebot.diagnosis.show.named import (
+    NO_PERCENT,
     effect_of,
     joint_count,
     share_in_words,
@@ -47,7 +48,7 @@ def drawing(found: Diagnosis, *, body: bool) -> Drawing:
         effect = effect_of(cause)
         named = effect.shown_on(values_of(cause)) if effect is not None else ()
         links += named or (range(1, len(shares) + 2) if body and cause.stage == "body" else ())
-    parts = [f"joint {j} carries {s:.0%}" for j, s in enumerate(shares, start=1) if s >= 0.005]
+    parts = [f"joint {j} carries {s:.0%}" for j, s in enumerate(shares, start=1) if s >= NO_PERCENT]
     on = f"{joints_in_words(marked, len(shares))} marked; " if marked else "no joint marked; "
     return Drawing(
         shares, marked, links, body, on + (", ".join(parts) + " of the gap" if parts else "no gap")

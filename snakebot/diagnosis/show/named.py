@@ -13,6 +13,7 @@ from snakebot.effects.registry import effects
 from snakebot.effects.telling import STAGES_IN_WORDS, joints_in_words, sentence, shown, shown_span, title
 from snakebot.in_words import listed, three
 
+NO_PERCENT = 0.005  # of a share, below which it is 0 % in whole per cent, by definition
 _LONG_NUMBER = re.compile(r"\d+\.\d+(e-?\d+)?")
 
 
@@ -138,9 +139,9 @@ def in_degrees(rad: float) -> str:
 
 def share_in_words(closed: float) -> str:
     """ "all", "97 %", "none": never more than all."""
-    if closed >= 0.995:
+    if closed >= 1 - NO_PERCENT:
         return "all"
-    if closed < 0.005:
+    if closed < NO_PERCENT:
         return "none"
     return f"{100 * closed:.0f} %"
 

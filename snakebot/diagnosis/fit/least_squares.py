@@ -27,8 +27,8 @@ from snakebot.diagnosis.fit.step import (
     to_scale,
 )
 
-STEPS = 25  # iterations where the caller asks for no other number; chosen
-FEWEST_STEPS = 5  # of the search by plain least squares that goes before; chosen
+USUAL_STEPS = 25  # iterations where the caller asks for no other number; chosen
+FEWEST_WIDE_STEPS = 5  # of the search by plain least squares that goes before; chosen
 SMALL_FALL = 1e-4  # relative fall of the cost below which a unit is done; chosen
 SMALL_PROMISE = 1e-4  # share of ``SMALL_FALL``: a step that promises less is not tried; chosen
 DAMPING = 1e-3  # of a first step, share of the curvature; chosen
@@ -66,7 +66,7 @@ class Refit(NamedTuple):
     information: Floats
 
 
-def minimise(problem: Problem, start: Floats, most_steps: int = STEPS, *, covariance: bool = True) -> Fit:
+def minimise(problem: Problem, start: Floats, most_steps: int = USUAL_STEPS, *, covariance: bool = True) -> Fit:
     """Run from ``start`` (U, p) to the nearest minimum of each unit's cost."""
     units, p = start.shape
     z = np.clip(to_scale(start, problem), problem.low, problem.high)
@@ -139,7 +139,7 @@ def multi_start(
     problem: Problem,
     starts: Sequence[Floats],
     keep: int = 2,
-    most_steps: int = STEPS,
+    most_steps: int = USUAL_STEPS,
     *,
     covariance: bool = True,
 ) -> Fit:
@@ -161,7 +161,7 @@ def multi_start(
         for place in range(min(keep, len(starts))):
             begin = stacked[order[place], units].copy()
             if first is wide:
-                begin = minimise(wide, begin, max(most_steps // 2, FEWEST_STEPS), covariance=False).theta
+                begin = minimise(wide, begin, max(most_steps // 2, FEWEST_WIDE_STEPS), covariance=False).theta
             fit = minimise(problem, begin, most_steps, covariance=False)
             best = fit if best is None else _better(best, fit, problem)
     assert best is not None

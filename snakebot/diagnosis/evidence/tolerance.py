@@ -28,7 +28,7 @@ CREDIBLE = 3.3
 SHAPE_TOLERANCE = 0.02  # share of what the nominal lag changes, that a sound servo may differ by; chosen
 # Iterations of the reweighted least squares at most, and the change of a share, in standard deviations, from which on
 # it goes on; chosen. Three are the rule; where a whole run is off at first, forty have been seen.
-REWEIGHTED, SETTLED = 50, 0.02
+REWEIGHTED, AT_REST = 50, 0.02
 SAG_TOLERANCE_RAD_NM = 2e-3  # to which a sound servo holds its angle under load, rad per N m; chosen
 
 
@@ -210,7 +210,7 @@ def bounded_share(
         wanted = np.concatenate([residual[usable] * weight, np.zeros(share.size)])
         before, share = share, _least_squares_within(matrix, wanted, least, most)
         left = (residual - marks @ share)[usable]
-        if np.abs((share - before) / spread).max() < SETTLED:
+        if np.abs((share - before) / spread).max() < AT_REST:
             break
     distance = float(np.linalg.norm(share / spread))
     return share if distance <= CREDIBLE else share * (CREDIBLE / distance)

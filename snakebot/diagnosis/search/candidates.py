@@ -32,6 +32,9 @@ HELPS_SE = 2.5  # standard errors that an effect must gain on a joint; chosen
 # The same where the first look takes the torques of the measured motion, with the noise of its readings: what scatters
 # is then mostly the look itself; chosen.
 HELPS_SE_ROUGH = 1.0
+# Score that it gains on a joint in all, above which the standard errors are not asked: what a limit does in a few
+# moments differs from one to the next by more than any noise; chosen, 20 times as likely.
+HELPS_TOTAL = 3.0
 # Score that it must gain there: 6 % of the mean square; chosen. Less than ``acceptance.LEAST_GAIN``, since it only says
 # on which joints an effect is tried: held-out gaits decide with the other whether it is accepted.
 HELPS_SCORE = 0.03
@@ -279,13 +282,16 @@ def _block_squares(
 
 
 def helped_joints(scoring: Scoring, base: Trial, gains: Sequence[JointGain], clear_se: float) -> list[int]:
-    """0-based joints with a gap, on which the gain over ``base`` is clear by so many standard errors."""
+    """0-based joints with a gap, on which the gain over ``base`` is clear by so many standard errors, or large."""
     gap = gap_of(scoring, base.held_square).significant
     least = HELPS_SHARE * max((g.total for j, g in enumerate(gains) if gap[j]), default=0.0)
     return [
         j
         for j, g in enumerate(gains)
-        if gap[j] and g.z > clear_se and g.mean > HELPS_SCORE and g.total > least
+        if gap[j]
+        and (g.z > clear_se or g.total > HELPS_TOTAL)
+        and g.mean > HELPS_SCORE
+        and g.total > least
     ]
 
 

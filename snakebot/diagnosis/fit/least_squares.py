@@ -66,7 +66,9 @@ class Refit(NamedTuple):
     information: Floats
 
 
-def minimise(problem: Problem, start: Floats, most_steps: int = USUAL_STEPS, *, covariance: bool = True) -> Fit:
+def minimise(
+    problem: Problem, start: Floats, most_steps: int = USUAL_STEPS, *, covariance: bool = True
+) -> Fit:
     """Run from ``start`` (U, p) to the nearest minimum of each unit's cost."""
     units, p = start.shape
     z = np.clip(to_scale(start, problem), problem.low, problem.high)

@@ -288,10 +288,7 @@ def helped_joints(scoring: Scoring, base: Trial, gains: Sequence[JointGain], cle
     return [
         j
         for j, g in enumerate(gains)
-        if gap[j]
-        and (g.z > clear_se or g.total > HELPS_TOTAL)
-        and g.mean > HELPS_SCORE
-        and g.total > least
+        if gap[j] and (g.z > clear_se or g.total > HELPS_TOTAL) and g.mean > HELPS_SCORE and g.total > least
     ]
 
 

@@ -67,14 +67,14 @@ def joint_faults(metadata: Mapping[str, Any], joints: int) -> JointFaults:
     rigid: dict[int, float] = {}
     changed = False
     for text in (*_texts(metadata.get("faults")), *_texts(metadata.get("effects"))):
-        fault, effect = _FAULT.fullmatch(text), _broken_by(text)
+        fault = _FAULT.fullmatch(text)
         if fault is not None:
             kind, angle_rad = fault["kind"], math.radians(_number(fault["angle"]))
             numbers = [int(n) for n in re.findall(r"\d{1,4}", fault["joints"])]
             if _number(fault["at"]) > 0:
                 changed = True
                 continue
-        elif effect is not None:
+        elif (effect := _broken_by(text)) is not None:
             kind, angle_rad = effect.effect.fault, effect.effect.fault_angle_rad(effect)
             numbers = [joint + 1 for joint in effect.joint_indices(joints)]
         else:

@@ -125,3 +125,7 @@ def test_an_effect_without_what_makes_it_special_is_a_plainer_one(
         effect
     ]
     assert find_effect(effect).plainer({**values, special: 0.5}, 1.0) is None
+
+
+def test_where_no_load_is_known_nothing_is_said_of_what_a_load_does() -> None:
+    assert find_effect("torque_speed").plainer({"no_load_rad_s": 2.0, "stall_nm": 500.0}, 0.0) is None

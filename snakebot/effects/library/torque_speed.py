@@ -85,7 +85,7 @@ class TorqueSpeed(Effect):
 
     def plainer(self, values: Mapping[str, float], load_nm: float) -> tuple[str, Start] | None:
         """A motor that no usual load slows has a constant limit."""
-        if load_nm > NO_LOAD * values["stall_nm"]:
+        if not 0 < load_nm < NO_LOAD * values["stall_nm"]:
             return None
         return "rate_limit", {"limit_rad_s": values["no_load_rad_s"]}
 

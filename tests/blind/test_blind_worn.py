@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from blind.cases import Stage
 from blind.faults import FAULTS
 from blind.robot import Build, Parameters
 from blind.worn import STAND_OUT, Bench, Part, shares
-from blind.worn_kinds import KINDS, kind_of
+from blind.worn_kinds import KINDS, TOLERANCE, kind_of
 from blind.worn_scores import dominant_named, share_errors, told_shares
 
 
@@ -27,14 +26,25 @@ def offset_of(joint: int, rad: float) -> Part:
 
 
 def test_shares_of_effects_that_add_up_are_those_of_shapley() -> None:
-    bench = Additive(Parameters(), Stage(Build(), []))
+    bench = Additive(Parameters(), Build(), (), 0.0)
     # on joints of their own: the squares
-    assert shares(bench, [offset_of(1, 3.0), offset_of(2, 4.0)]) == pytest.approx([9 / 25, 16 / 25])
+    told, tolerance = shares(bench, [offset_of(1, 3.0), offset_of(2, 4.0)])
+    assert told == pytest.approx([9 / 25, 16 / 25])
+    assert tolerance == pytest.approx(0.0)
     # on the same joint, one against the other: 3 - 1 = 2; Shapley's values of |r|^2 - |r - sum|^2 by hand
     parts = [offset_of(1, 3.0), offset_of(1, -1.0)]
     by_hand = [((4 - 1) + (4 - (4 - 9))) / 2 / 4, ((4 - 9) + (4 - (4 - 1))) / 2 / 4]
-    assert shares(bench, parts) == pytest.approx(by_hand)
+    assert shares(bench, parts)[0] == pytest.approx(by_hand)
     assert sum(by_hand) == pytest.approx(1.0)
+
+
+def test_what_a_healthy_robot_is_off_by_has_a_share_of_its_own() -> None:
+    healthy = Parameters()
+    healthy.joint("offset_rad")[0] = -1.0
+    told, tolerance = shares(Additive(healthy, Build(), (), 0.0), [offset_of(1, 3.0)])
+    by_hand = [((4 - 1) + (4 - (4 - 9))) / 2 / 4, ((4 - 9) + (4 - (4 - 1))) / 2 / 4]
+    assert [*told, tolerance] == pytest.approx(by_hand)
+    assert kind_of(TOLERANCE) == kind_of("servo_lag")
 
 
 def test_all_that_may_stand_out_are_scaled_and_show_in_the_joints() -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+TOLERANCE = "tolerance"  # what a healthy robot is off by: in joint angles, a lag other than the stated one
 KINDS: dict[str, frozenset[str]] = {
-    "late": frozenset({"command_delay", "servo_lag", "second_order"}),
+    "late": frozenset({"command_delay", "servo_lag", "second_order", TOLERANCE}),
     "offset": frozenset({"servo_offset", "encoder_offset"}),
     "gain": frozenset({"command_gain", "encoder_gain"}),
     "play": frozenset({"backlash", "deadband", "joint_friction"}),

@@ -3,7 +3,8 @@
 A fold's fit begins at the fit to all runs, which is near and cheap. But a limit that only the held-out run reaches
 moves nothing in the others: the search would stay where it began, and the held-out run be predicted from itself. So
 where a fold's runs say next to nothing of a parameter, the effect is absent in that fold if it does nothing there;
-else (a dead band so wide that nothing moves) the search begins at the usual value.
+else it is taken for its usual value, and where that changes anything (it was a dead band so wide that nothing moved)
+the search begins there.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from snakebot.diagnosis.fit.least_squares import refit
 
 FOLD_STEPS = 8  # iterations from the fit to all runs, which is near; chosen
 FAR_STEPS = 20  # iterations from the usual value, which may be far; chosen
+BODY_FAR_STEPS = 5  # the same where each takes a simulation of the body; chosen
 
 
 def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Floats]:
@@ -124,6 +126,8 @@ def _without_uninformed(
         return out
     usual = np.array([p.typical for p in hypothesis.parameters])
     start = np.where(far, usual, out)
+    if not _shows(evidence, hypothesis, out, start, fold.fit):
+        return start
     # What shares no joint with those is as well fitted as it was; over ground all go together.
     if not evidence.predictor.simulator.joints_meet(hypothesis.specs(start), rough=True):
         near = joints_sharing(hypothesis, evidence.data.joints, far)
@@ -132,7 +136,9 @@ def _without_uninformed(
         only = ~absent & (shared | (body & (far & body).any()))
     else:
         only = ~absent
-    return fit_runs(evidence, hypothesis, [start], fold.fit, FAR_STEPS, only=only, loads_of=of_all_runs).theta
+    costly = evidence.predictor.simulator.always_needs_body(hypothesis.specs(start))
+    steps = BODY_FAR_STEPS if costly else FAR_STEPS
+    return fit_runs(evidence, hypothesis, [start], fold.fit, steps, only=only, loads_of=of_all_runs).theta
 
 
 def _shows(

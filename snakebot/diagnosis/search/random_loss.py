@@ -143,11 +143,10 @@ def predicts_better(angles: AngleEvidence, scoring: Scoring, loss: Trial, base: 
 
 
 def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
-    """Look for a common random delay in what ``trial`` leaves over. Needs two joints at least."""
-    k = data.joints
-    if k < 2:
-        return RandomDelay(0.0, 1.0)
-    explained = total = weight = 0.0
+    """Look for a common random delay in what ``trial`` leaves over: joints must agree on it. A joint that goes astray
+    by itself agrees with itself, which is chance.
+    """
+    explained = by_chance = total = weight = 0.0
     lagged, power = 0.0, 0.0
     for run, reading, left in zip(data.runs, trial.readings, trial.left, strict=True):
         use = np.asarray(run.use.all(axis=1))
@@ -160,6 +159,8 @@ def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
         moving = use & (speed > MOVING * np.quantile(speed[use], 0.9))
         delay = np.where(moving, -(residual * rate).sum(axis=1) / np.maximum(speed, 1e-12), 0.0)
         explained += float((np.square(delay) * speed)[moving].sum())
+        alone = np.square(residual * rate).sum(axis=1) / np.maximum(speed, 1e-12)
+        by_chance += float(alone[moving].sum())
         total += float(np.square(residual)[moving].sum())
         weight += float(moving.sum()) * noise
         delay = np.where(moving, delay - delay[moving].mean(), 0.0)
@@ -169,5 +170,6 @@ def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
             power += float(np.square(delay[step:]).sum())
     if total <= 2 * weight or power <= 0:  # nothing but the readings' own noise
         return RandomDelay(0.0, 1.0)
-    share = (explained / total - 1 / k) / (1 - 1 / k)
-    return RandomDelay(float(share), lagged / power)
+    if total <= by_chance:  # one joint is all that moves
+        return RandomDelay(0.0, 1.0)
+    return RandomDelay((explained - by_chance) / (total - by_chance), lagged / power)

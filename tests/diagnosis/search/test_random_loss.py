@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from sessions import bench, make_session
 
@@ -10,7 +12,7 @@ from snakebot.diagnosis.evidence.gather import gather
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import against_nominal, trial_at
 from snakebot.diagnosis.search.library import usable_effects
-from snakebot.diagnosis.search.random_loss import with_random_loss
+from snakebot.diagnosis.search.random_loss import random_delay, with_random_loss
 from snakebot.diagnosis.search.search import SearchResult
 
 DEAD_BAND = Term("deadband", None, (("hard", 0.0),))
@@ -36,3 +38,20 @@ def test_what_is_there_beside_the_loss_stays() -> None:
     library = usable_effects(evidence.data, over_ground=False)
     after = with_random_loss(evidence, library, found, quick=True)
     assert after.best.hypothesis.names == ("servo_offset", "command_loss")
+
+
+def test_joints_must_agree_on_a_random_delay() -> None:
+    nominal, evidence = against_nominal(gather(prepare(make_session(bench(3)))))
+    rng = np.random.default_rng(3)
+    marks = [
+        rng.normal(0.0, 0.02, (run.t_s.size, 1)) * np.gradient(reading, run.t_s, axis=0)
+        for run, reading in zip(evidence.data.runs, nominal.readings, strict=True)
+    ]
+    shared = replace(nominal, left=marks)
+    assert random_delay(evidence.data, evidence.floor, shared).share > 0.9
+    of_one = replace(nominal, left=[mark * [0.0, 1.0, 0.0] for mark in marks])
+    assert not random_delay(evidence.data, evidence.floor, of_one).evident
+    # nor where that joint also moves most
+    faster = [reading * [0.1, 1.0, 0.1] for reading in nominal.readings]
+    mostly = replace(of_one, readings=faster)
+    assert not random_delay(evidence.data, evidence.floor, mostly).evident

@@ -144,9 +144,11 @@ def _without_uninformed(
 def _shows(
     evidence: Evidence, hypothesis: Hypothesis, one: Floats, other: Floats, runs: tuple[int, ...]
 ) -> bool:
-    """Whether two values of the parameters (p,) make a difference in some runs that noise and tolerance do not hide."""
+    """Whether two values of the parameters (p,) make a difference in some runs that noise and tolerance do not hide:
+    under the torques of the measured motion, where servos bear any.
+    """
     specs = [hypothesis.specs(theta) for theta in (one, other)]
-    a, b = (evidence.predictor.readings(s, runs) for s in specs)
+    a, b = (evidence.predictor.readings(s, runs, rough=True) for s in specs)
     change = [np.zeros_like(nominal) for nominal in evidence.predictor.nominal]
     for index, x, y in zip(runs, a, b, strict=True):
         change[index] = x - y

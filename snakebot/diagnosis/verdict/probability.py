@@ -29,6 +29,8 @@ MOST_BESIDE_REST = 0.6  # highest probability of a cause beside such a rest; cho
 MOST_WHERE_GUESSED = 0.8  # highest probability where part of the set-points is guessed (slow logs); chosen
 # Highest probability of a cause that leaves the gap unexplained: more would contradict the verdict; chosen.
 MOST_UNEXPLAINED = 0.5
+# Share of a gap that is left open, below which less says nothing more: tolerances are no better known; chosen.
+LEAST_LEFT_OPEN = 0.005
 FEATURES = ("lead", "rest", "closed", "rivals", "motions", "explained")
 
 
@@ -58,7 +60,7 @@ class CauseFeatures:
             [
                 np.log1p(max(self.lead, 0.0) / ALIKE) / 3,
                 np.log1p(max(self.rest, 0.0)) / 2,
-                min(max(self.closed, 0.0), 1.0),
+                -np.log10(np.clip(1 - self.closed, LEAST_LEFT_OPEN, 1.0)) / 2,
                 float(min(self.rivals, 3)),
                 np.log(max(self.motions, 1)),
                 float(self.explained),

@@ -9,8 +9,8 @@ seconds otherwise than ten. With the nominal robot R(S) that has only the effect
 
 is what these effects explain, as a closure counts it. The share of an effect is the mean of what it adds to nothing and
 of what goes when it alone is taken away, over |r|^2: the Shapley value, wherever effects add up in the readings. What a
-healthy robot is off by within its tolerance is one of the S. In joint angles it is a lag other than the stated one, so that
-its share is one of being late: who sees only the gap cannot tell 2 ms of tolerance and 2 ms of fault apart.
+healthy robot is off by within its tolerance is one of the S. In joint angles it is a lag other than the stated one, so
+that its share is one of being late: who sees only the gap cannot tell 2 ms of tolerance and 2 ms of fault apart.
 
 The spreads are those of real servos, none is taken from the product. Makers state a play of 0.25 deg (Dynamixel
 X, e-manual) and at most 0.5 deg (Feetech STS3215), and 0.8 to 1.3 deg are measured on the latter (public tests by

@@ -210,7 +210,7 @@ class Bench:
     build: Build
     motions: tuple[Motion, ...]
     duration_s: float
-    _known: dict[tuple[bool, *tuple[Part, ...]], Floats] = field(default_factory=dict, repr=False)
+    _known: dict[tuple[bool, tuple[Part, ...]], Floats] = field(default_factory=dict, repr=False)
 
     @classmethod
     def short(cls, healthy: Parameters, stage: Stage) -> Bench:
@@ -220,7 +220,7 @@ class Bench:
 
     def readings(self, parts: Sequence[Part], *, nominal: bool = False) -> Floats:
         """(T, k) rad, motions one after the other; ``nominal``: of a robot without any tolerance."""
-        key = (nominal, *parts)
+        key = (nominal, tuple(parts))
         if key not in self._known:
             base = Parameters.of(self.build) if nominal else self.healthy
             self._known[key] = self.of(_built(base, parts))

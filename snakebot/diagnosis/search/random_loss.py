@@ -146,6 +146,8 @@ def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
     """Look for a common random delay in what ``trial`` leaves over: joints must agree on it. A joint that goes astray
     by itself agrees with itself, which is chance.
     """
+    if data.joints < 2:
+        return RandomDelay(0.0, 1.0)
     explained = by_chance = total = weight = 0.0
     lagged, power = 0.0, 0.0
     for run, reading, left in zip(data.runs, trial.readings, trial.left, strict=True):
@@ -157,10 +159,10 @@ def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
         noise = float(np.square(floor.white_rad).sum())
         speed: Floats = np.asarray(np.square(rate).sum(axis=1))
         moving = use & (speed > MOVING * np.quantile(speed[use], 0.9))
-        delay = np.where(moving, -(residual * rate).sum(axis=1) / np.maximum(speed, 1e-12), 0.0)
+        product, some_speed = residual * rate, np.maximum(speed, 1e-12)
+        delay = np.where(moving, -product.sum(axis=1) / some_speed, 0.0)
         explained += float((np.square(delay) * speed)[moving].sum())
-        alone = np.square(residual * rate).sum(axis=1) / np.maximum(speed, 1e-12)
-        by_chance += float(alone[moving].sum())
+        by_chance += float((np.square(product).sum(axis=1) / some_speed)[moving].sum())
         total += float(np.square(residual)[moving].sum())
         weight += float(moving.sum()) * noise
         delay = np.where(moving, delay - delay[moving].mean(), 0.0)
@@ -168,8 +170,7 @@ def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
         if delay.size > 2 * step:
             lagged += float((delay[step:] * delay[:-step]).sum())
             power += float(np.square(delay[step:]).sum())
-    if total <= 2 * weight or power <= 0:  # nothing but the readings' own noise
-        return RandomDelay(0.0, 1.0)
-    if total <= by_chance:  # one joint is all that moves
+    # nothing but the readings' own noise, or one joint is all that moves
+    if total <= max(2 * weight, by_chance) or power <= 0:
         return RandomDelay(0.0, 1.0)
     return RandomDelay((explained - by_chance) / (total - by_chance), lagged / power)

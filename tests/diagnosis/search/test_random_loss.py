@@ -55,3 +55,11 @@ def test_joints_must_agree_on_a_random_delay() -> None:
     faster = [reading * [0.1, 1.0, 0.1] for reading in nominal.readings]
     mostly = replace(of_one, readings=faster)
     assert not random_delay(evidence.data, evidence.floor, mostly).evident
+
+
+def test_one_joint_alone_agrees_with_nobody() -> None:
+    nominal, evidence = against_nominal(gather(prepare(make_session(bench(1)))))
+    rng = np.random.default_rng(3)
+    for _ in range(20):  # the one joint is all there is: what is left beside it is rounding
+        left = [rng.normal(0.0, 0.1, reading.shape) for reading in nominal.readings]
+        assert random_delay(evidence.data, evidence.floor, replace(nominal, left=left)).share == 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from snakebot.diagnosis.evidence.predictor import Predictor
 from snakebot.diagnosis.evidence.score import GROUND, Scoring
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.evidence.tolerance import SAG_TOLERANCE_RAD_NM, SHAPE_TOLERANCE
+from snakebot.effects.spec import EffectSpec
 from snakebot.robot import Robot
 
 
@@ -60,6 +61,12 @@ class Evidence:
             self,
             angles=replace(self.angles, misfit_square=misfit),
             scoring=replace(self.scoring, misfit_square=np.concatenate([misfit, over_ground])),
+        )
+
+    def beside(self, specs: Iterable[EffectSpec]) -> Evidence:
+        """The same, for first looks at more on top of these effects: see ``Simulator.beside``."""
+        return replace(
+            self, predictor=replace(self.predictor, simulator=self.predictor.simulator.beside(specs))
         )
 
     def of_robot(self, robot: Robot) -> Evidence:

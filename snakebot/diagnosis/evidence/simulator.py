@@ -7,13 +7,16 @@ simulated at once, each with parameters of its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import copy
+from dataclasses import replace
 from threading import Lock
 
 import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import Data
+from snakebot.diagnosis.evidence.recent import RecentRuns
 from snakebot.diagnosis.evidence.ticks import set_points
 from snakebot.effects.effect import Track
 from snakebot.effects.prediction import JointRun, joint_run, joint_runs
@@ -43,6 +46,10 @@ class Simulator:
         self.set_points = tuple(set_points(run) for run in data.runs)
         self._loads: dict[int, Floats] = {}
         self._measured_loads: dict[int, Floats] = {}
+        self._recent = RecentRuns()
+        self._beside: tuple[EffectSpec, ...] = ()
+        self._frozen: tuple[EffectSpec, ...] = ()  # of these; see ``beside``
+        self._marks: dict[int, Floats] = {}  # (N, k) what they change in the readings of a run
         self._lock = Lock()
 
     def stages(self, specs: Iterable[EffectSpec], *, in_air: bool = False) -> Stages:
@@ -57,9 +64,24 @@ class Simulator:
         rows = stages.servo_rows
         return stages.model is not None and (_goes_along(rows) or _slowed(rows))
 
+    def beside(self, specs: Iterable[EffectSpec]) -> Simulator:
+        """The same robot, for rough predictions of these effects with others beside them: what takes a body even so
+        stays as it shows with these alone.
+        """
+        out = copy(self)
+        out._beside = tuple(specs)
+        out._frozen = tuple(spec for spec in out._beside if self.rough_needs_body([spec]))
+        out._marks = {}
+        return out
+
+    @property
+    def has_frozen(self) -> bool:
+        """Whether rough predictions leave some effects as they show with those that they are beside."""
+        return bool(self._frozen)
+
     def rough_needs_body(self, specs: Iterable[EffectSpec]) -> bool:
         """Whether the whole body must be simulated even for a rough prediction."""
-        stages = self.stages(specs)
+        stages = self.stages(self._not_frozen(specs))
         return stages.model is not None and _goes_along(stages.servo_rows)
 
     def needs_body(self, specs: Iterable[EffectSpec]) -> bool:
@@ -100,16 +122,57 @@ class Simulator:
         """
         specs = tuple(specs)
         wanted = range(len(self.data.runs)) if runs is None else runs
-        loads = dict(zip(wanted, loads_nm, strict=True)) if loads_nm is not None else {}
+        if loads_nm is not None:
+            made = self._predicted(specs, dict(zip(wanted, loads_nm, strict=True)), columns)
+            return [made[i] for i in wanted]
+        meet = self.rough_needs_body(specs) if rough else self.needs_body(specs)
+        if rough and not meet and self._frozen:
+            return self._with_frozen(specs, wanted, columns)
+        columns = None if meet else columns
+        what = (specs, rough and not meet, None if columns is None else tuple(columns))
+        made = {i: run for i in wanted if (run := self._recent.get((i, *what))) is not None}
+        missing = [i for i in wanted if i not in made]
+        for index, run in self._predicted(specs, dict.fromkeys(missing), columns, rough).items():
+            self._recent.keep((index, *what), run)
+            made[index] = run
+        return [made[i] for i in wanted]
+
+    def _not_frozen(self, specs: Iterable[EffectSpec]) -> tuple[EffectSpec, ...]:
+        return tuple(spec for spec in specs if spec not in self._frozen)
+
+    def _with_frozen(
+        self, specs: Iterable[EffectSpec], runs: Sequence[int], columns: Sequence[int] | None
+    ) -> list[JointRun]:
+        """A rough prediction without those that are frozen, and what these change with those beside them alone."""
+        thawed = self.beside(())
+        missing = [i for i in runs if i not in self._marks]
+        with_them = thawed.predict(self._beside, missing)
+        without = thawed.predict(self._not_frozen(self._beside), missing, rough=True)
+        for index, one, other in zip(missing, with_them, without, strict=True):
+            self._marks[index] = one.reading_rad - other.reading_rad
+        made = thawed.predict(self._not_frozen(specs), runs, rough=True, columns=columns)
+        return [
+            replace(run, reading_rad=run.reading_rad + self._marks[index])
+            for index, run in zip(runs, made, strict=True)
+        ]
+
+    def _predicted(
+        self,
+        specs: tuple[EffectSpec, ...],
+        loads_nm: Mapping[int, Floats | None],
+        columns: Sequence[int] | None,
+        rough: bool = False,
+    ) -> dict[int, JointRun]:
+        """``predict`` of the runs that ``loads_nm`` has an entry of, by their places in the session."""
         made: dict[int, JointRun] = {}
-        for in_air in {self.data.runs[i].lifted for i in wanted}:
+        for in_air in {self.data.runs[i].lifted for i in loads_nm}:
             stages = self.stages(specs, in_air=in_air)
-            here = [i for i in wanted if self.data.runs[i].lifted is in_air]
+            here = [i for i in loads_nm if self.data.runs[i].lifted is in_air]
             given = [
-                self._given(stages, i, stages.link(*self.set_points[i]), rough, loads.get(i)) for i in here
+                self._given(stages, i, stages.link(*self.set_points[i]), rough, loads_nm[i]) for i in here
             ]
             made.update(zip(here, joint_runs(stages, given, columns), strict=True))
-        return [made[i] for i in wanted]
+        return made
 
     def joints(self, stages: Stages, index: int, track: Track) -> JointRun:
         """What the joints do and show in a run if these set-points leave the link."""

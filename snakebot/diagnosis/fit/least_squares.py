@@ -33,6 +33,9 @@ SMALL_FALL = 1e-4  # relative fall of the cost below which a unit is done; chose
 SMALL_PROMISE = 1e-4  # share of ``SMALL_FALL``: a step that promises less is not tried; chosen
 DAMPING = 1e-3  # of a first step, share of the curvature; chosen
 LESS_DAMPING, MORE_DAMPING = 0.2, 8.0  # factors on it after a step that lowered the cost, or did not; chosen
+# Share of a step that did not lower the cost, that is tried next: where a parabola through what is known of the cost
+# along it has its minimum, within these; chosen, as usual (Nocedal and Wright 2006, section 3.5).
+SHORTEST, LONGEST = 0.1, 0.5
 MOST_DAMPING = 1e5  # beyond which a unit is done: its steps have no length any more; chosen
 # Allowed spread over the mean square of the residual, that makes the cost a sum of squares; chosen.
 WIDE = 30.0
@@ -76,7 +79,7 @@ def minimise(
     residual = problem.residual(from_scale(z, problem))
     cost, weight = weights.cost(residual)
     evaluations = 1
-    damping = np.full(units, DAMPING)
+    damping, length = np.full(units, DAMPING), np.ones(units)
     active = np.ones(units, dtype=bool)
     jacobian, stale, whole = np.zeros((0, *residual.shape)), True, True
     guessed = np.zeros(units, dtype=bool)  # units whose slopes were carried along by a secant
@@ -91,7 +94,9 @@ def minimise(
         step, promise = np.zeros_like(z), np.zeros(units)
         for u in np.flatnonzero(active).tolist():
             step[u], promise[u] = damped_step(problem, u, jacobian, residual, weight, damping[u], z[u])
-        step[promise < SMALL_PROMISE * SMALL_FALL * cost] = 0.0
+        step *= length[:, None]
+        part = length * (2 - length)  # of what a whole step promises
+        step[part * promise < SMALL_PROMISE * SMALL_FALL * cost] = 0.0
         going = np.any(step != 0, axis=1)
         stale = bool(np.any(active & ~going & guessed))
         active &= going | guessed
@@ -104,7 +109,8 @@ def minimise(
         evaluations += 1
         trial_cost, trial_weight = weights.cost(trial_residual)
         fell = active & (trial_cost < cost)
-        small = np.where(fell, cost - trial_cost, promise) <= SMALL_FALL * np.maximum(cost, 1e-9)
+        fall = np.where(fell & (length == 1), cost - trial_cost, promise)  # to be expected of a whole step
+        small = fall <= SMALL_FALL * np.maximum(cost, 1e-9)
         moved = fell[problem.unit]
         if problem.secant:
             carry_slopes(problem, jacobian, trial - z, np.where(moved, trial_residual - residual, 0.0), fell)
@@ -113,6 +119,7 @@ def minimise(
         weight = np.where(moved, trial_weight, weight)
         cost = np.where(fell, trial_cost, cost)
         unsure = active & guessed & (small | ~fell)  # where slopes are guessed no end is believed
+        length = np.where(fell, 1.0, length * _shorter(part * promise, trial_cost - cost))
         damping = np.where(
             fell, np.maximum(damping * LESS_DAMPING, 1e-9), np.where(unsure, damping, damping * MORE_DAMPING)
         )
@@ -135,6 +142,13 @@ def minimise(
         scale = np.where(problem.logarithmic, theta, 1.0)
         spread *= scale[:, :, None] * scale[:, None, :]
     return Fit(theta, cost, residual, spread, information, evaluations)
+
+
+def _shorter(promise: Floats, rise: Floats) -> Floats:
+    """(U,) shares of steps to take next, which promised to lower the cost by ``promise`` and raised it by ``rise``."""
+    slope = np.where(np.isfinite(promise), 2 * promise, 0.0)
+    least = 0.5 * slope / np.maximum(slope + rise, 1e-300)
+    return np.asarray(np.clip(np.where(np.isfinite(rise), least, 0.0), SHORTEST, LONGEST))
 
 
 def multi_start(

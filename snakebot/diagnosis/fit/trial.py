@@ -207,9 +207,7 @@ def each_joint(
         starts: each (k, p).
     """
     simulator, every = evidence.predictor.simulator, range(evidence.data.joints)
-    first = [*base.specs, *specs_of(effect_terms, starts[0])]
-    needs_body = simulator.rough_needs_body(first)
-    runs = informative_runs(evidence) if needs_body else first_runs(evidence)
+    runs = first_runs(evidence)
     with_gap = gap_of(evidence.scoring, base.held_square).significant
     limits = shift_limits(evidence.angles, Hypothesis((*base.hypothesis.terms, *effect_terms)))
     stacked = StackedAngles.of(evidence.angles, every, runs, limits)
@@ -230,10 +228,9 @@ def each_joint(
         stacked.allowed_square,
         *Box.of(effect_terms[0].open),
         idle=left(stacked),
-        some=None if needs_body else stacked.spread(residual),
+        some=stacked.spread(residual),
     )
-    steps = ROUGH_STEPS if needs_body else FIRST_STEPS
-    return runs, multi_start(problem, starts, 1, steps, covariance=False)
+    return runs, multi_start(problem, starts, 1, FIRST_STEPS, covariance=False)
 
 
 def specs_of(terms: Sequence[Term], rows: Floats) -> list[EffectSpec]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
 
 import numpy as np
@@ -16,12 +15,10 @@ from snakebot.diagnosis.evidence.gap import beyond, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
-from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, each_joint
 from snakebot.diagnosis.search.candidate import Candidate, added, start_values
 from snakebot.diagnosis.search.ground_candidates import ground_candidates
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.search.outlook import SHARE_OF_BEST, promised_on_a_joint
 from snakebot.effects.effect import Effect
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import find_effect
@@ -39,7 +36,6 @@ HELPS_TOTAL = 3.0
 # on which joints an effect is tried: held-out gaits decide with the other whether it is accepted.
 HELPS_SCORE = 0.03
 HELPS_SHARE = 0.2  # share of what it gains on the joint it helps most, that it must gain there; chosen
-PROMISED = 0.5  # share of it, to be promised where the whole body must be simulated for a first look; chosen
 MOST_ALONE = 3  # joints tried one by one where the whole body must be simulated for each; chosen
 LARGE_SHARE = 0.4  # share of the gap of a joint that is tried alone where there are more; chosen
 # Range of a parameter over the joints, over its median, from which on one joint is tried; chosen.
@@ -61,31 +57,6 @@ def candidates(evidence: Evidence, library: Library, base: Trial, effect: Effect
         starts = _spread(term, [start_values(term, s) for s in effect.starts(library.observed, every)])
         return [added(base, term, starts)]
     return _per_joint(evidence, library, base, effect)
-
-
-def with_promise(
-    evidence: Evidence, library: Library, base: Trial, effects: Sequence[Effect]
-) -> list[Effect]:
-    """Those of ``effects`` to try on top of ``base``: where that must simulate the whole body, not those that promise
-    less on any joint than a share of what the best promises, or of what an effect must gain.
-    """
-    if not evidence.predictor.simulator.rough_needs_body(base.specs):
-        return list(effects)
-    promised = in_parallel(partial(_promise, evidence, library, base), effects)
-    best = max((p for p in promised if np.isfinite(p)), default=0.0)
-    least = max(SHARE_OF_BEST * best, PROMISED * HELPS_SCORE)
-    return [effect for effect, promise in zip(effects, promised, strict=True) if promise >= least]
-
-
-def _promise(evidence: Evidence, library: Library, base: Trial, effect: Effect) -> float:
-    """What an effect that is fitted to each joint promises on one of them; infinite for others."""
-    if effect.stage == "body" or effect.is_read_off or not effect.per_joint:
-        return np.inf
-    best = 0.0
-    for fixed in kinds(library, effect):
-        terms, starts = _one_each(library.observed, effect, fixed)
-        best = max(best, promised_on_a_joint(evidence, base, terms, starts))
-    return best
 
 
 def _spread(term: Term, starts: Sequence[Floats]) -> list[Floats]:
@@ -150,7 +121,7 @@ def elsewhere(evidence: Evidence, library: Library, base: Trial) -> Candidate | 
     terms, starts = _one_each(library.observed, effect, term.fixed)
     if evidence.predictor.simulator.always_needs_body(terms[0].specs(starts[0][0])):
         return None
-    runs, fit = each_joint(evidence, base, terms, starts)
+    runs, fit = each_joint(evidence.beside(base.specs), base, terms, starts)
     closed = [j for j in further if not _left_over(evidence.angles, runs, fit.residual, j)]
     if not closed:
         return None

@@ -15,13 +15,11 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.data import Data
-from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import CHANGED
 from snakebot.diagnosis.fit.fit_runs import StackedAngles, shift_limits
-from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
-from snakebot.diagnosis.fit.trial import Trial, informative_runs, specs_of
+from snakebot.diagnosis.fit.trial import Trial, informative_runs
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.effects.spec import EffectSpec
 
@@ -49,26 +47,6 @@ def promise(evidence: Evidence, base: Trial, candidate: Candidate) -> float:
     sets = (candidate.hypothesis.specs(start) for start in candidate.starts)
     made = _scaled(evidence, base, runs, candidate.hypothesis, sets)
     return max(scoring.gain(new, old, rows).mean for new in made)
-
-
-def promised_on_a_joint(
-    evidence: Evidence, base: Trial, terms: Sequence[Term], starts: Iterable[Floats]
-) -> float:
-    """The largest mean gain over ``base`` on one joint with a gap, where an effect does something that is tried on all
-    joints at once: a term (k of them) each, at each of the ``starts`` (k, p).
-    """
-    runs, scoring = informative_runs(evidence), evidence.scoring
-    old = _unchanged(evidence, base, runs)
-    with_gap = np.flatnonzero(gap_of(scoring, base.held_square).significant)
-    on_joint = [np.isin(scoring.run, runs) & (scoring.joint == joint) for joint in with_gap]
-    hypothesis = Hypothesis((*base.hypothesis.terms, *terms))
-    sets = ([*base.specs, *specs_of(terms, start)] for start in starts)
-    best = 0.0
-    for new in _scaled(evidence, base, runs, hypothesis, sets):
-        moved = np.abs(new - old) > CHANGED * scoring.allowed_square
-        gains = [scoring.gain(new, old, rows).mean for mine in on_joint if (rows := mine & moved).any()]
-        best = max((best, *gains))
-    return best
 
 
 def _unchanged(evidence: Evidence, base: Trial, runs: Sequence[int]) -> Floats:

@@ -98,9 +98,10 @@ def _of_term(
     if rest not in tried:
         if base is None:
             base = run_trial(evidence, rest, [best.hypothesis.rest(best.theta, index)], cross=False)
-        wanted = [e for e in called_for(evidence, library, base, likely) if rival(e.name, e.stage)]
-        made = in_parallel(partial(candidates, evidence, library, base), wanted)
-        fits += first_looks(evidence, list(chain.from_iterable(made)), base)
+        near = evidence.beside(base.specs)
+        wanted = [e for e in called_for(evidence, base, likely) if rival(e.name, e.stage)]
+        made = in_parallel(partial(candidates, near, library, base), wanted)
+        fits += first_looks(near, list(chain.from_iterable(made)), base)
     fits.sort(key=lambda t: -t.fitted_score(evidence.scoring))
     return tuple(ranked(evidence.scoring, held_out(evidence, fits[:MOST_HELD])))
 

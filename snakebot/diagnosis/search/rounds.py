@@ -18,7 +18,7 @@ from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.candidate import Candidate
-from snakebot.diagnosis.search.candidates import candidates, with_promise
+from snakebot.diagnosis.search.candidates import candidates
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.outlook import promising
 from snakebot.effects import registry
@@ -35,16 +35,16 @@ def explore(
     evidence: Evidence, library: Library, base: Trial, progress: ProgressCallback
 ) -> tuple[list[Trial], list[Trial]]:
     """Trials of each effect on top of ``base``, best first by held-out score, and all fits, held out or not."""
-    scoring = evidence.scoring
-    wanted = called_for(evidence, library, base, library.effects)
+    scoring, first = evidence.scoring, evidence.beside(base.specs)
+    wanted = called_for(evidence, base, library.effects)
     if not wanted:
         return [], []
 
     def tell(count: int) -> None:
         progress(f"trying {wanted[count - 1].name}", 0.6 * count / len(wanted))
 
-    made = in_parallel(partial(candidates, evidence, library, base), wanted, tell)
-    fits = first_looks(evidence, list(chain.from_iterable(made)), base)
+    made = in_parallel(partial(candidates, first, library, base), wanted, tell)
+    fits = first_looks(first, list(chain.from_iterable(made)), base)
     reached = [scoring.gain(t.fitted_square, base.fitted_square).mean for t in fits]
     order = np.argsort(reached, kind="stable")[::-1]
     if order.size == 0:
@@ -69,18 +69,19 @@ def _widened(evidence: Evidence, fits: Sequence[Trial], first: Trial) -> list[Tr
     return _cross_validated(evidence, wider)
 
 
-def called_for(evidence: Evidence, library: Library, base: Trial, effects: Sequence[Effect]) -> list[Effect]:
-    """Effects for whose side, angles or ground, ``base`` leaves a gap, and that promise to close some of it."""
+def called_for(evidence: Evidence, base: Trial, effects: Sequence[Effect]) -> list[Effect]:
+    """Effects for whose side, angles or ground, ``base`` leaves a gap."""
     gap = gap_of(evidence.scoring, base.held_square)
-    called = [e for e in effects if (gap.ground_significant if e.stage == "body" else gap.significant.any())]
-    return with_promise(evidence, library, base, called)
+    return [e for e in effects if (gap.ground_significant if e.stage == "body" else gap.significant.any())]
 
 
 def first_looks(evidence: Evidence, made: Sequence[Candidate], base: Trial | None = None) -> list[Trial]:
     """A rough fit of each candidate, nothing held out; on top of a ``base``, of those that promise something, and what
-    a base of many terms says is left as it is.
+    a base of many terms says is left as it is, or one that needs the whole body.
     """
-    last = base is not None and len(base.hypothesis.terms) >= MANY_TERMS
+    last = base is not None and (
+        len(base.hypothesis.terms) >= MANY_TERMS or evidence.predictor.simulator.has_frozen
+    )
     look = partial(run_trial, evidence, cross=False, rough=True, last=last)
     promised = made if base is None else promising(evidence, base, made)
     return in_parallel(lambda c: look(c.hypothesis, c.starts), promised)

@@ -39,6 +39,25 @@ def test_a_fit_stays_within_bounds() -> None:
     assert minimise(problem, np.array([[1.0]])).theta[0, 0] == pytest.approx(2.0)
 
 
+def test_half_or_less_of_a_step_that_failed_is_tried_next() -> None:
+    """Behind steps that succeeded the damping is next to none: a little more of it would be the same step."""
+    tried: list[float] = []
+
+    def residual(theta: np.ndarray) -> np.ndarray:
+        tried.append(float(theta[0, 0]))
+        # slopes before a wall tell nothing of what lies behind
+        return np.where(theta[0, 0] < 3.0, theta[0, 0] - 8.0, 50.0) * np.ones((10, 1))
+
+    block = np.zeros((10, 1), dtype=np.int64)
+    box = (np.array([-10.0]), np.array([100.0]), np.array([False]))
+    problem = Problem(residual, np.array([0]), block, np.full(1, 1e6), *box)
+    fit = minimise(problem, np.array([[0.0]]), covariance=False)
+    assert 2.7 < fit.theta[0, 0] < 3.0
+    first = next(i for i, theta in enumerate(tried) if theta >= 3.0)
+    assert tried[first] == pytest.approx(8.0, rel=0.01)
+    assert 0.1 * 8.0 * 0.99 < tried[first + 1] < 0.5 * 8.0
+
+
 def ramp_problem(slope: float, noise: float = 0.0) -> Problem:
     """A straight line through zero, its slope unknown; forty samples in four blocks."""
     x = np.arange(1.0, 41.0)[:, None]

@@ -11,7 +11,7 @@ from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.fit.hypothesis import Term
 from snakebot.diagnosis.fit.trial import Trial, nominal_trial
 from snakebot.diagnosis.search.candidate import Candidate, added
-from snakebot.diagnosis.search.outlook import SHARE_OF_BEST, promise, promised_on_a_joint, promising
+from snakebot.diagnosis.search.outlook import SHARE_OF_BEST, promise, promising
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import find_effect
 
@@ -53,19 +53,6 @@ def test_only_what_promises_a_share_of_the_best_is_fitted(slow_joint: tuple[Evid
     everything = [cause, idle, against, over_ground, nothing_open]
     assert promising(evidence, base, everything) == [cause, over_ground, nothing_open]
     assert promising(evidence, base, []) == []
-
-
-def test_the_joint_that_an_effect_helps_tells_its_promise(slow_joint: tuple[Evidence, Trial]) -> None:
-    evidence, base = slow_joint
-    joints = evidence.data.joints
-
-    def promised(effect: str, *values: float) -> float:
-        terms = [Term(effect, (j + 1,)) for j in range(joints)]
-        return promised_on_a_joint(evidence, base, terms, [np.full((joints, 1), v) for v in values])
-
-    assert promised("rate_limit", LIMIT_RAD_S) > 0.5
-    assert promised("command_gain", 1.2) == 0.0
-    assert promised("rate_limit") == 0.0
 
 
 def test_a_torque_limit_starts_where_the_measured_motion_never_bore_more() -> None:

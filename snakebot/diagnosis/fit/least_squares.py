@@ -110,6 +110,9 @@ def minimise(
         trial_cost, trial_weight = weights.cost(trial_residual)
         fell = active & (trial_cost < cost)
         fall = np.where(fell & (length == 1), cost - trial_cost, promise)  # to be expected of a whole step
+        share, shorter_fall = _shorter(part * promise, trial_cost - cost)
+        if problem.secant:  # what costs much is not repeated for that little
+            fall = np.where(fell, fall, np.minimum(fall, shorter_fall))
         small = fall <= SMALL_FALL * np.maximum(cost, 1e-9)
         moved = fell[problem.unit]
         if problem.secant:
@@ -119,7 +122,7 @@ def minimise(
         weight = np.where(moved, trial_weight, weight)
         cost = np.where(fell, trial_cost, cost)
         unsure = active & guessed & (small | ~fell)  # where slopes are guessed no end is believed
-        length = np.where(fell, 1.0, length * _shorter(part * promise, trial_cost - cost))
+        length = np.where(fell, 1.0, length * share)
         damping = np.where(
             fell, np.maximum(damping * LESS_DAMPING, 1e-9), np.where(unsure, damping, damping * MORE_DAMPING)
         )
@@ -144,11 +147,14 @@ def minimise(
     return Fit(theta, cost, residual, spread, information, evaluations)
 
 
-def _shorter(promise: Floats, rise: Floats) -> Floats:
-    """(U,) shares of steps to take next, which promised to lower the cost by ``promise`` and raised it by ``rise``."""
+def _shorter(promise: Floats, rise: Floats) -> tuple[Floats, Floats]:
+    """(U,) shares of steps to take next, which promised to lower the cost by ``promise`` and raised it by ``rise``; and
+    (U,) what the best shares promise.
+    """
     slope = np.where(np.isfinite(promise), 2 * promise, 0.0)
     least = 0.5 * slope / np.maximum(slope + rise, 1e-300)
-    return np.asarray(np.clip(np.where(np.isfinite(rise), least, 0.0), SHORTEST, LONGEST))
+    share = np.clip(np.where(np.isfinite(rise), least, 0.0), SHORTEST, LONGEST)
+    return share, np.where(np.isfinite(promise), 0.5 * slope * least, np.inf)
 
 
 def multi_start(

@@ -13,7 +13,7 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
-from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import candidates, kinds
@@ -84,7 +84,9 @@ def _of_term(
     rest = best.hypothesis.without(index)
     if term.own:
         others = _in_place(evidence.predictor.simulator, library, best, index)
-        trials = in_parallel(lambda c: run_trial(evidence, c.hypothesis, c.starts, last=True), others)
+        trials = in_parallel(
+            lambda c: run_trial_against(evidence, best, c.hypothesis, c.starts, last=True), others
+        )
         return tuple(ranked(evidence.scoring, trials))
 
     def rival(name: str, stage: str) -> bool:
@@ -103,7 +105,7 @@ def _of_term(
         made = in_parallel(partial(candidates, near, library, base), wanted)
         fits += first_looks(near, list(chain.from_iterable(made)), base)
     fits.sort(key=lambda t: -t.fitted_score(evidence.scoring))
-    return tuple(ranked(evidence.scoring, held_out(evidence, fits[:MOST_HELD])))
+    return tuple(ranked(evidence.scoring, held_out(evidence, fits[:MOST_HELD], ahead=best)))
 
 
 def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -> list[Candidate]:

@@ -15,7 +15,7 @@ from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
-from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.candidates import candidates
@@ -87,13 +87,17 @@ def first_looks(evidence: Evidence, made: Sequence[Candidate], base: Trial | Non
     return in_parallel(lambda c: look(c.hypothesis, c.starts), promised)
 
 
-def held_out(evidence: Evidence, fits: Sequence[Trial], base: Trial | None = None) -> list[Trial]:
+def held_out(
+    evidence: Evidence, fits: Sequence[Trial], base: Trial | None = None, ahead: Trial | None = None
+) -> list[Trial]:
     """The same explanations, cross-validated from where these fits ended; but not one that must simulate the whole body
-    to say what a simpler one says, of these or ``base``.
+    to say what a simpler one says, of these or ``base``. ``ahead``: see ``run_trial_against``.
     """
     simpler = fits if base is None else [base, *fits]
     angles, simulator = evidence.angles, evidence.predictor.simulator
     further = [t for t in fits if not any(_says_no_more(angles, simulator, t, other) for other in simpler)]
+    if ahead is not None:
+        return in_parallel(lambda t: run_trial_against(evidence, ahead, t.hypothesis, [t.theta]), further)
     return _cross_validated(evidence, further)
 
 

@@ -17,7 +17,7 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
-from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.acceptance import accepted, closed_enough, closes_more, excess
 from snakebot.diagnosis.search.candidate import Candidate, start_values
@@ -206,7 +206,7 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
     if not tried:
         return best
     fits = sorted(first_looks(evidence, tried), key=lambda t: -t.fitted_score(evidence.scoring))
-    trials = held_out(evidence, fits[:MOST_SWAPPED_HELD])
+    trials = held_out(evidence, fits[:MOST_SWAPPED_HELD], ahead=best)
     return ranked(evidence.scoring, [best, *trials])[0]
 
 
@@ -249,7 +249,9 @@ def prune(evidence: Evidence, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
 def without_term(evidence: Evidence, trial: Trial, index: int) -> Trial:
     """The trial of what is left when one term is taken out."""
     hypothesis = trial.hypothesis
-    return run_trial(evidence, hypothesis.without(index), [hypothesis.rest(trial.theta, index)])
+    return run_trial_against(
+        evidence, trial, hypothesis.without(index), [hypothesis.rest(trial.theta, index)]
+    )
 
 
 def as_fitted(evidence: Evidence, trial: Trial) -> Trial:
@@ -298,8 +300,8 @@ def _shared(evidence: Evidence, best: Trial) -> Trial:
             (replace(t, own=False), np.median(v.reshape(len(t.alike), -1), axis=0)) if t == term else (t, v)
             for t, v in parts
         ]
-        plain = run_trial(
-            evidence, Hypothesis(tuple(t for t, _ in alike)), [np.concatenate([v for _, v in alike])]
+        plain = run_trial_against(
+            evidence, best, Hypothesis(tuple(t for t, _ in alike)), [np.concatenate([v for _, v in alike])]
         )
         lost = evidence.scoring.gain(best.held_square, plain.held_square)
         if lost.mean < max(lost.se, NO_LOSS):
@@ -316,7 +318,7 @@ def _plain(evidence: Evidence, library: Library, best: Trial) -> Trial:
         parts = zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True)
         kept = [(t, values) for t, values in parts if t == term or t.effect != term.effect]
         wide = Hypothesis(tuple(replace(t, joints=None) if t == term else t for t, _ in kept))
-        wider = run_trial(evidence, wide, [np.concatenate([values for _, values in kept])])
+        wider = run_trial_against(evidence, best, wide, [np.concatenate([values for _, values in kept])])
         lost = evidence.scoring.gain(best.held_square, wider.held_square)
         if lost.mean < max(lost.se, NO_LOSS):
             best = wider
@@ -339,7 +341,7 @@ def by_plainer_effects(evidence: Evidence, library: Library, best: Trial) -> Tri
         name, start = found
         other = replace(term, effect=name, fixed=kinds(library, usable[name])[0])
         theta = np.concatenate([best.hypothesis.rest(best.theta, index), start_values(other, start)])
-        plainer = run_trial(evidence, best.hypothesis.without(index).plus(other), [theta])
+        plainer = run_trial_against(evidence, best, best.hypothesis.without(index).plus(other), [theta])
         lost = evidence.scoring.gain(best.held_square, plainer.held_square)
         if lost.mean < max(lost.se, NO_LOSS):
             best = plainer

@@ -80,8 +80,9 @@ def test_a_first_look_beside_a_limit_takes_no_body(monkeypatch: pytest.MonkeyPat
     assert simulator.rough_needs_body(more)
     assert not beside.rough_needs_body(more)
     assert beside.needs_body(more)
-    for rough, exact in zip(beside.predict(base, rough=True), simulator.predict(base), strict=True):
-        assert rough.reading_rad == pytest.approx(exact.reading_rad, abs=1e-12)
+    without = beside.predict(base, rough=True)
+    for mine, its in zip(without, simulator.predict(base), strict=True):
+        assert mine.reading_rad == pytest.approx(its.reading_rad, abs=1e-12)
     exact = simulator.predict(more)
     free = [parse_effect("joint_free:joints=1")]
     with_free = simulator.predict([*base, *free])
@@ -92,8 +93,8 @@ def test_a_first_look_beside_a_limit_takes_no_body(monkeypatch: pytest.MonkeyPat
     with monkeypatch.context() as patch:
         patch.setattr(servo_stage, "_on_a_body", no_body)
         rough = beside.predict(more, rough=True)
-    for mine, its, without in zip(rough, exact, beside.predict(base, rough=True), strict=True):
-        change = its.reading_rad - without.reading_rad
+    for mine, its, alone in zip(rough, exact, without, strict=True):
+        change = its.reading_rad - alone.reading_rad
         assert np.std(mine.reading_rad - its.reading_rad) < 0.3 * np.std(change)
     for mine, its in zip(beside.predict([*base, *free], rough=True), with_free, strict=True):
         assert mine.reading_rad == pytest.approx(

@@ -1,5 +1,5 @@
-"""The runs that were predicted last. A search asks for many of them again: where a fit ended it is scored, and what is
-scored is drawn, weighed and told.
+"""The runs that were predicted last with the whole body. A search asks for many of them again: where a fit ended it is
+scored, and what is scored is drawn, weighed and told.
 """
 
 from __future__ import annotations

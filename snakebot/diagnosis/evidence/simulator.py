@@ -122,19 +122,17 @@ class Simulator:
         """
         specs = tuple(specs)
         wanted = range(len(self.data.runs)) if runs is None else runs
-        if loads_nm is not None:
-            made = self._predicted(specs, dict(zip(wanted, loads_nm, strict=True)), columns)
-            return [made[i] for i in wanted]
+        given = dict.fromkeys(wanted) if loads_nm is None else dict(zip(wanted, loads_nm, strict=True))
         meet = self.rough_needs_body(specs) if rough else self.needs_body(specs)
         if rough and not meet and self._frozen:
             return self._with_frozen(specs, wanted, columns)
-        columns = None if meet else columns
-        what = (specs, rough and not meet, None if columns is None else tuple(columns))
-        made = {i: run for i in wanted if (run := self._recent.get((i, *what))) is not None}
-        missing = [i for i in wanted if i not in made]
-        for index, run in self._predicted(specs, dict.fromkeys(missing), columns, rough).items():
-            self._recent.keep((index, *what), run)
-            made[index] = run
+        if not meet or loads_nm is not None:
+            made = self._predicted(specs, given, columns, rough)
+        else:  # a body takes long to simulate: twenty times as long as servos that stay apart
+            made = {i: run for i in wanted if (run := self._recent.get((i, specs))) is not None}
+            for index, run in self._predicted(specs, {i: None for i in wanted if i not in made}).items():
+                self._recent.keep((index, specs), run)
+                made[index] = run
         return [made[i] for i in wanted]
 
     def _not_frozen(self, specs: Iterable[EffectSpec]) -> tuple[EffectSpec, ...]:
@@ -160,7 +158,7 @@ class Simulator:
         self,
         specs: tuple[EffectSpec, ...],
         loads_nm: Mapping[int, Floats | None],
-        columns: Sequence[int] | None,
+        columns: Sequence[int] | None = None,
         rough: bool = False,
     ) -> dict[int, JointRun]:
         """``predict`` of the runs that ``loads_nm`` has an entry of, by their places in the session."""

@@ -151,10 +151,10 @@ def _shorter(promise: Floats, rise: Floats) -> tuple[Floats, Floats]:
     """(U,) shares of steps to take next, which promised to lower the cost by ``promise`` and raised it by ``rise``; and
     (U,) what the best shares promise.
     """
-    slope = np.where(np.isfinite(promise), 2 * promise, 0.0)
-    least = 0.5 * slope / np.maximum(slope + rise, 1e-300)
-    share = np.clip(np.where(np.isfinite(rise), least, 0.0), SHORTEST, LONGEST)
-    return share, np.where(np.isfinite(promise), 0.5 * slope * least, np.inf)
+    known = np.isfinite(promise) & np.isfinite(rise)
+    slope = np.where(known, 2 * promise, 0.0)
+    least = 0.5 * slope / np.maximum(slope + np.where(known, rise, 1.0), 1e-300)
+    return np.clip(least, SHORTEST, LONGEST), np.where(known, 0.5 * slope * np.minimum(least, 1.0), np.inf)
 
 
 def multi_start(

@@ -22,7 +22,7 @@ from snakebot.diagnosis.fit.fit_runs import StackedAngles
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
 from snakebot.diagnosis.fit.least_squares import linearised, minimise, refit, wide_allowance
 from snakebot.diagnosis.fit.step import Problem
-from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.fit.trial import Trial, run_trial_against
 from snakebot.diagnosis.search.acceptance import (
     LEAST_FALL,
     LEAST_GAIN,
@@ -159,7 +159,7 @@ def _accepted(evidence: Evidence, nominal: Trial, base: Trial, candidate: Candid
     """The trial of a candidate, if it is accepted on top of ``base``."""
     if candidate is None:
         return None
-    trial = run_trial(evidence, candidate.hypothesis, candidate.starts)
+    trial = run_trial_against(evidence, base, candidate.hypothesis, candidate.starts)
     good = accepted(evidence.scoring, trial, base) and closes_more(evidence.scoring, trial, base, nominal)
     return trial if good else None
 

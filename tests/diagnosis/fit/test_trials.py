@@ -38,6 +38,8 @@ def test_a_trial_that_is_far_behind_is_given_up_and_one_that_is_near_is_held_out
     near = run_trial_against(evidence, best, bends, [np.array([17.0])])
     assert near.held_square is not near.fitted_square
     assert near.theta == pytest.approx(best.theta, rel=0.02)
-    apart = Hypothesis((Term("command_delay", None),))  # takes no body, and little time: whole, however far behind
+    apart = Hypothesis(
+        (Term("command_delay", None),)
+    )  # takes no body, and little time: whole, however far behind
     whole = run_trial_against(evidence, best, apart, [np.array([0.01])])
     assert whole.held_square is not whole.fitted_square

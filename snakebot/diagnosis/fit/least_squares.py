@@ -109,7 +109,7 @@ def minimise(
         evaluations += 1
         trial_cost, trial_weight = weights.cost(trial_residual)
         fell = active & (trial_cost < cost)
-        fall = np.where(fell & (length == 1), cost - trial_cost, promise)  # to be expected of a whole step
+        fall = np.where(fell, (cost - trial_cost) / part, promise)  # of a whole step
         share, shorter_fall = _shorter(part * promise, trial_cost - cost)
         if problem.secant:  # what costs much is not repeated for that little
             fall = np.where(fell, fall, np.minimum(fall, shorter_fall))

@@ -77,10 +77,13 @@ def called_for(evidence: Evidence, base: Trial, effects: Sequence[Effect]) -> li
 
 def first_looks(evidence: Evidence, made: Sequence[Candidate], base: Trial | None = None) -> list[Trial]:
     """A rough fit of each candidate, nothing held out; on top of a ``base``, of those that promise something, and what
-    a base of many terms says is left as it is, or one that needs the whole body.
+    a base of many terms says is left as it is, or one of which joints have values of their own, or that needs the
+    whole body.
     """
     last = base is not None and (
-        len(base.hypothesis.terms) >= MANY_TERMS or evidence.predictor.simulator.has_frozen
+        len(base.hypothesis.terms) >= MANY_TERMS
+        or any(term.own for term in base.hypothesis.terms)
+        or evidence.predictor.simulator.has_frozen
     )
     look = partial(run_trial, evidence, cross=False, rough=True, last=last)
     promised = made if base is None else promising(evidence, base, made)

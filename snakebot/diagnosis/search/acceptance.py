@@ -17,6 +17,7 @@ LEAST_GAIN = 0.05
 # Share of the mean square above the allowed one that a further effect takes away, from which ``CLEAR_SE`` is enough:
 # the score hardly changes with what only the quickest motions show. Chosen: a tenth, as in ``LEAST_GAIN``.
 LEAST_FALL = 0.1
+NO_LOSS = 0.01  # held-out score that a simpler explanation may lose and still go first; chosen
 
 
 def touched(scoring: Scoring, trial: Trial, base: Trial) -> Bools:
@@ -74,6 +75,19 @@ def _falls(scoring: Scoring, trial: Trial, base: Trial, side: Bools, rows: Bools
 def gains(gain: MeanDifference) -> bool:
     """Whether a gain is a clear one, and large enough to matter."""
     return gain.z > CLEAR_SE and gain.mean > LEAST_GAIN
+
+
+def as_good(scoring: Scoring, plainer: Trial, best: Trial) -> bool:
+    """Whether what is said more plainly loses no score, in all and on each joint: what one of them clearly loses is
+    little beside what the others scatter.
+    """
+    lost = scoring.gain(best.held_square, plainer.held_square)
+    places = np.unique(scoring.joint[scoring.decides])
+    on_each = (
+        scoring.gain(best.held_square, plainer.held_square, scoring.decides & (scoring.joint == place))
+        for place in places
+    )
+    return lost.mean < max(lost.se, NO_LOSS) and not any(gains(loss) for loss in on_each)
 
 
 def closes_more(scoring: Scoring, trial: Trial, base: Trial, nominal: Trial) -> bool:

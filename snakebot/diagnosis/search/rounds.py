@@ -17,6 +17,7 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
+from snakebot.diagnosis.search.acceptance import NO_LOSS
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.candidates import candidates
 from snakebot.diagnosis.search.library import Library
@@ -24,7 +25,6 @@ from snakebot.diagnosis.search.outlook import promising
 from snakebot.effects import registry
 from snakebot.effects.effect import Effect
 
-NO_LOSS = 0.01  # held-out score that a simpler explanation may lose and still go first; chosen
 CLOSE_RACE = 0.25  # share of the winner's gain, within which rivals are cross-validated (chosen) ...
 FEWEST_TRIALS, MOST_TRIALS = 3, 6  # ... but so many at least and at most; chosen
 MOST_FURTHER = 3  # the most on top of an accepted effect, where only the best is needed; chosen

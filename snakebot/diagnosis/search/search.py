@@ -19,12 +19,12 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
-from snakebot.diagnosis.search.acceptance import accepted, closed_enough, closes_more, excess, gains
+from snakebot.diagnosis.search.acceptance import accepted, as_good, closed_enough, closes_more, excess
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import elsewhere, kinds
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rivals import rivals
-from snakebot.diagnosis.search.rounds import MANY_TERMS, NO_LOSS, explore, first_looks, held_out, ranked
+from snakebot.diagnosis.search.rounds import MANY_TERMS, explore, first_looks, held_out, ranked
 from snakebot.diagnosis.search.wear import is_worn, with_wear
 from snakebot.effects.registry import find_effect
 from snakebot.in_words import listed
@@ -285,19 +285,6 @@ def only_fitted(scoring: Scoring, nominal: Trial, singles: Sequence[Trial]) -> T
     )
 
 
-def _as_good(scoring: Scoring, plainer: Trial, best: Trial) -> bool:
-    """Whether what is said more plainly loses no score, in all and on each joint: what one of them clearly loses is
-    little beside what the others scatter.
-    """
-    lost = scoring.gain(best.held_square, plainer.held_square)
-    places = np.unique(scoring.joint[scoring.decides])
-    on_each = (
-        scoring.gain(best.held_square, plainer.held_square, scoring.decides & (scoring.joint == place))
-        for place in places
-    )
-    return lost.mean < max(lost.se, NO_LOSS) and not any(gains(loss) for loss in on_each)
-
-
 def _shared(evidence: Evidence, best: Trial) -> Trial:
     """With one value for all joints of an effect, where values of their own gain nothing.
 
@@ -316,7 +303,7 @@ def _shared(evidence: Evidence, best: Trial) -> Trial:
         plain = run_trial_against(
             evidence, best, Hypothesis(tuple(t for t, _ in alike)), [np.concatenate([v for _, v in alike])]
         )
-        if _as_good(evidence.scoring, plain, best):
+        if as_good(evidence.scoring, plain, best):
             best = plain
     return best
 
@@ -331,7 +318,7 @@ def _plain(evidence: Evidence, library: Library, best: Trial) -> Trial:
         kept = [(t, values) for t, values in parts if t == term or t.effect != term.effect]
         wide = Hypothesis(tuple(replace(t, joints=None) if t == term else t for t, _ in kept))
         wider = run_trial_against(evidence, best, wide, [np.concatenate([values for _, values in kept])])
-        if _as_good(evidence.scoring, wider, best):
+        if as_good(evidence.scoring, wider, best):
             best = wider
     return by_plainer_effects(evidence, library, best)
 
@@ -353,6 +340,6 @@ def by_plainer_effects(evidence: Evidence, library: Library, best: Trial) -> Tri
         other = replace(term, effect=name, fixed=kinds(library, usable[name])[0])
         theta = np.concatenate([best.hypothesis.rest(best.theta, index), start_values(other, start)])
         plainer = run_trial_against(evidence, best, best.hypothesis.without(index).plus(other), [theta])
-        if _as_good(evidence.scoring, plainer, best):
+        if as_good(evidence.scoring, plainer, best):
             best = plainer
     return best

@@ -9,7 +9,7 @@ from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.search.acceptance import LEAST_GAIN, accepted, excess
+from snakebot.diagnosis.search.acceptance import LEAST_GAIN, accepted, as_good, excess
 
 SLOW, QUICK = 35, 5  # blocks of one slow motion and of one quick one
 BLOCKS = SLOW + QUICK
@@ -73,3 +73,24 @@ def test_a_single_moment_that_gets_better_is_no_cause(scoring: Scoring) -> None:
     base.held_square[SLOW] = 2000.0
     better.held_square[SLOW] = 20.0
     assert not accepted(scoring, better, base)
+
+
+def test_nothing_is_said_more_plainly_at_the_cost_of_one_joint() -> None:
+    """What the first of eight joints loses is little beside what the others scatter from motion to motion."""
+    joints, runs, of_each = 8, 10, 4
+    run, joint, _ = (axis.ravel() for axis in np.indices((runs, joints, of_each)))
+    ones = np.ones(run.size)
+    scoring = Scoring(
+        joints=joints, run=run, joint=joint, kind=np.full(run.size, -1), samples=ones, floor_square=0 * ones,
+        allowed_square=ones, decides=ones > 0, misfit_square=0.0,
+    )  # fmt: skip
+    scatter = np.where(joint > 0, np.where(run % 2, 2.0, 0.5), 1.0)
+
+    def leaving(square: Floats) -> Trial:
+        return Trial(PLAY, np.zeros(0), np.zeros((0, 0)), square, square, [], [], ())
+
+    best, unlike = leaving(10 * ones), leaving(10 * scatter * np.where(joint == 0, 1.5, 1.0))
+    assert as_good(scoring, leaving(10 * scatter), best)
+    lost = scoring.gain(best.held_square, unlike.held_square)
+    assert lost.mean < lost.se
+    assert not as_good(scoring, unlike, best)

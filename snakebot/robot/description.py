@@ -1,28 +1,22 @@
-"""Robot description: what the simulation knows about one robot, loaded from YAML and checked.
+"""What the simulation knows about one robot.
 
-A description is read from ``configs/robots/*.yaml`` or from the ``robot:`` part of a session folder. A robot without a
-body (``joints: 5`` in place of ``links``, ``half_length_m``, ...) is a bench of servos: it has joints and encoders, but
-no ground under it.
+A robot without a body (``joints: 5`` in place of ``links``, ``half_length_m``, ...) is a bench of servos: it has joints
+and encoders, but no ground under it.
 """
 
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from snakebot.errors import BadInputError
-from snakebot.nearest import misspelt, not_known
-from snakebot.resources import DEFAULT_ROBOT, config_path, configs_root
-from snakebot.safe_yaml import NO_LINES, Lines, dump_yaml, load_yaml
+from snakebot.safe_yaml import dump_yaml
 
+SCHEMA = "snakebot.robot/1"
 MAX_LINKS = 32  # of a chain; chosen: the protocol carries 16 joints
 LAG_TOLERANCE = 0.06  # of the nominal time constant, where nothing is stated; chosen
-ITS_FILE = "ROBOT.yaml"  # in commands, of a robot whose description only its owner has
 # Name of the servos' lag wherever a number of a description is named: provenance, ``Diagnosis.nominal``, ranges.
 SERVO_LAG = "servo.time_constant_s"
 
@@ -165,9 +159,7 @@ class Body(_Model):
         return self
 
 
-_SERVO_KEYS = ("time_constant_s", "arm")  # those that something here reads
-_MISSPELT = 0.85  # how like a known key one must be that is not kept as another program's: a letter or two
-_BODY_KEYS = ("links", "half_length_m", "link_mass_kg", "friction", "slope_deg")
+BODY_KEYS = ("links", "half_length_m", "link_mass_kg", "friction", "slope_deg")
 
 
 class Robot(_Model):
@@ -194,7 +186,7 @@ class Robot(_Model):
             return data
         data = dict(data)
         data.pop("schema", None)
-        flat = {key: data.pop(key) for key in _BODY_KEYS if key in data}
+        flat = {key: data.pop(key) for key in BODY_KEYS if key in data}
         if flat:
             data["body"] = flat
             links = flat.get("links")
@@ -278,132 +270,5 @@ class Robot(_Model):
         return dump_yaml(self.to_mapping())
 
 
-SCHEMA = "snakebot.robot/1"
-
-
 def _spread(value: float | tuple[float, ...], count: int) -> tuple[float, ...]:
     return value if isinstance(value, tuple) else (value,) * count
-
-
-def robot_from_mapping(data: object, where: str, lines: Lines = NO_LINES) -> Robot:
-    """Check a parsed description.
-
-    Args:
-        lines: of the document that it stands in.
-
-    Raises:
-        BadInputError: one line that names ``where``, the key and what is wrong with it.
-    """
-    if not isinstance(data, Mapping):
-        raise BadInputError(f"{where}: a robot description is a mapping of keys to values")
-    _check_keys(data, where, lines)
-    schema = data.get("schema", SCHEMA)
-    if schema != SCHEMA:
-        raise BadInputError(f"{where}: schema is {schema!r}, this version reads {SCHEMA!r}")
-    try:
-        return Robot.model_validate(data)
-    except ValidationError as error:
-        raise BadInputError(f"{where}: {_first_fault(error, data, lines)}") from None
-
-
-def _check_keys(data: Mapping[Any, Any], where: str, lines: Lines) -> None:
-    """A misspelt key is the fault to tell, before those that come of it.
-
-    Raises:
-        BadInputError: a key that is not known; of the servo, which may have more, one that is nearly a known one.
-    """
-    parts: list[tuple[tuple[str, ...], Any, tuple[str, ...]]] = [
-        ((), data, ("schema", *_BODY_KEYS, *Robot.model_fields)),
-        (("friction",), data.get("friction"), tuple(Friction.model_fields)),
-        (("limits",), data.get("limits"), tuple(Limits.model_fields)),
-        (("recorded",), data.get("recorded"), tuple(Recorded.model_fields)),
-        (("tolerance",), data.get("tolerance"), tuple(Tolerance.model_fields)),
-    ]
-    provenance = data.get("provenance")
-    if isinstance(provenance, Mapping):
-        known = tuple(Provenance.model_fields)
-        parts += [(("provenance", str(name)), entry, known) for name, entry in provenance.items()]
-    for path, part, known in parts:
-        for key in part if isinstance(part, Mapping) else ():
-            if key not in known:
-                shown, owner = [name for name in known if name != "body"], ".".join(path) or "a robot"
-                fault = not_known(key, shown, owner, above="".join(f"{name}." for name in path))
-                raise BadInputError(f"{where}: {lines.of(*path, key)}{fault}")
-    servo = data.get("servo")
-    found = misspelt(servo, _SERVO_KEYS, _SERVO_KEYS, _MISSPELT) if isinstance(servo, Mapping) else None
-    if found is not None:
-        fault = not_known(found[0], _SERVO_KEYS, "servo", above="servo.")
-        raise BadInputError(f"{where}: {lines.of('servo', found[0])}{fault}")
-
-
-def _first_fault(error: ValidationError, data: Mapping[Any, Any], lines: Lines) -> str:
-    faults = [(_place(fault["loc"], data), fault) for fault in error.errors()]
-    places = [place for place, _ in faults]
-    # A list that is no number, and one item of it that is none either: the item is the fault.
-    told = [(p, fault) for p, fault in faults if not any(o[: len(p)] == p and o != p for o in places)]
-    path, fault = told[0]
-    key = ".".join(str(part) for part in path) or "description"
-    given = fault.get("input")
-    shown = f" (found {given!r})" if isinstance(given, (int, float, str, bool)) else ""
-    others = len({place for place, _ in told}) - 1
-    more = f"; and {others} more" if others else ""
-    return f"{lines.of(*path)}{key}: {fault['msg'].removeprefix('Value error, ')}{shown}{more}"
-
-
-def _place(location: tuple[int | str, ...], data: object) -> tuple[int | str, ...]:
-    """Where a fault is, as the file has it: pydantic adds ``body``, and what kind of value it tried ("float")."""
-    place: list[int | str] = []
-    for part in location[location[:1] == ("body",) :]:
-        if isinstance(data, Mapping):
-            data = data.get(part)
-        elif isinstance(data, Sequence) and not isinstance(data, str) and isinstance(part, int):
-            data = data[part] if part < len(data) else None
-        else:
-            continue
-        place.append(part)
-    return tuple(place)
-
-
-_RECORDINGS = (".mcap", ".mcap.part", ".csv", ".csv.gz", ".parquet")
-
-
-def load_robot(source: str | Path) -> Robot:
-    """Load a description from a YAML file, or by the bare name of one that comes with snakebot (``penn_state``).
-
-    Raises:
-        BadInputError: the file is missing, is not YAML, or describes no possible robot.
-    """
-    try:
-        path = config_path("robots", source)
-    except BadInputError:
-        if os.path.isdir(source):
-            raise _recordings(Path(source)) from None
-        raise
-    if path.name == "session.yaml" or path.name.endswith(_RECORDINGS):
-        raise _recordings(path)
-    try:
-        text = path.read_bytes()
-    except OSError as error:
-        raise BadInputError(f"{path}: cannot read the robot description: {error.strerror}") from None
-    return robot_from_mapping(load_yaml(text, str(path)), str(path), Lines(text))
-
-
-def shipped_name(robot: Robot) -> str | None:
-    """By which name commands know this description; None of one that does not come with snakebot."""
-    for path in (configs_root() / "robots").glob("*.yaml"):
-        if path.stem == robot.name:
-            ours = load_robot(path).model_copy(update={"provenance": robot.provenance})
-            return robot.name if ours == robot else None
-    return None
-
-
-def robot_option(robot: Robot) -> str:
-    """What `snakebot run` needs to be of this robot, a space before it; nothing for the one that it takes by itself."""
-    name = shipped_name(robot) or ITS_FILE
-    return "" if name == DEFAULT_ROBOT else f" --robot {name}"
-
-
-def _recordings(path: Path) -> BadInputError:
-    return BadInputError(
-        f"{path}: recordings, no robot description; `snakebot diagnose {path} --apply robot.yaml` writes one"
-    )

@@ -29,6 +29,7 @@ CLOSE_RACE = 0.25  # share of the winner's gain, within which rivals are cross-v
 FEWEST_TRIALS, MOST_TRIALS = 3, 6  # ... but so many at least and at most; chosen
 MOST_FURTHER = 3  # the most on top of an accepted effect, where only the best is needed; chosen
 MANY_TERMS = 3  # terms of an explanation that a first look at one more leaves as they are; chosen
+MANY_PARAMETERS = 8  # the same of parameters, fewer than a position loop has; chosen
 
 
 def explore(
@@ -77,12 +78,11 @@ def called_for(evidence: Evidence, base: Trial, effects: Sequence[Effect]) -> li
 
 def first_looks(evidence: Evidence, made: Sequence[Candidate], base: Trial | None = None) -> list[Trial]:
     """A rough fit of each candidate, nothing held out; on top of a ``base``, of those that promise something, and what
-    a base of many terms says is left as it is, or one of which joints have values of their own, or that needs the
-    whole body.
+    a base of many terms or parameters says is left as it is, or one that needs the whole body.
     """
     last = base is not None and (
         len(base.hypothesis.terms) >= MANY_TERMS
-        or any(term.own for term in base.hypothesis.terms)
+        or base.theta.size >= MANY_PARAMETERS
         or evidence.predictor.simulator.has_frozen
     )
     look = partial(run_trial, evidence, cross=False, rough=True, last=last)

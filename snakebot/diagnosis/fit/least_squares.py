@@ -80,6 +80,9 @@ def minimise(
     cost, weight = weights.cost(residual)
     evaluations = 1
     damping, length = np.full(units, DAMPING), np.ones(units)
+    # Where a residual takes a body, a failure must not be repeated nearly unchanged. Elsewhere it may be: the damping
+    # that ends that also turns the step, which leads further along a narrow valley.
+    costly = problem.secant or problem.near is not None
     active = np.ones(units, dtype=bool)
     jacobian, stale, whole = np.zeros((0, *residual.shape)), True, True
     guessed = np.zeros(units, dtype=bool)  # units whose slopes were carried along by a secant
@@ -111,7 +114,7 @@ def minimise(
         fell = active & (trial_cost < cost)
         fall = np.where(fell, (cost - trial_cost) / part, promise)  # of a whole step
         share, shorter_fall = _shorter(part * promise, trial_cost - cost)
-        if problem.secant:  # what costs much is not repeated for that little
+        if problem.secant:  # not repeated for that little
             fall = np.where(fell, fall, np.minimum(fall, shorter_fall))
         small = fall <= SMALL_FALL * np.maximum(cost, 1e-9)
         moved = fell[problem.unit]
@@ -122,7 +125,8 @@ def minimise(
         weight = np.where(moved, trial_weight, weight)
         cost = np.where(fell, trial_cost, cost)
         unsure = active & guessed & (small | ~fell)  # where slopes are guessed no end is believed
-        length = np.where(fell, 1.0, length * share)
+        if costly:
+            length = np.where(fell, 1.0, length * share)
         damping = np.where(
             fell, np.maximum(damping * LESS_DAMPING, 1e-9), np.where(unsure, damping, damping * MORE_DAMPING)
         )

@@ -81,13 +81,11 @@ class Simulator:
 
     def rough_needs_body(self, specs: Iterable[EffectSpec]) -> bool:
         """Whether the whole body must be simulated even for a rough prediction."""
-        stages = self.stages(self._not_frozen(specs))
-        return stages.model is not None and _goes_along(stages.servo_rows)
+        return _meets(self.stages(self._not_frozen(specs)), rough=True)
 
     def needs_body(self, specs: Iterable[EffectSpec]) -> bool:
         """Whether the whole body must be simulated, unless a rough prediction will do."""
-        stages = self.stages(specs)
-        return stages.model is not None and (stages.feels_load or _goes_along(stages.servo_rows))
+        return _meets(self.stages(specs), rough=False)
 
     def joints_meet(self, specs: Iterable[EffectSpec], *, rough: bool) -> bool:
         """Whether what changes one joint can change another: through the body, or because cables are swapped."""
@@ -123,14 +121,15 @@ class Simulator:
         specs = tuple(specs)
         wanted = range(len(self.data.runs)) if runs is None else runs
         given = dict.fromkeys(wanted) if loads_nm is None else dict(zip(wanted, loads_nm, strict=True))
-        meet = self.rough_needs_body(specs) if rough else self.needs_body(specs)
-        if rough and not meet and self._frozen:
+        if rough and loads_nm is None and self._frozen and not self.rough_needs_body(specs):
             return self._with_frozen(specs, wanted, columns)
-        if not meet or loads_nm is not None:
-            made = self._predicted(specs, given, columns, rough)
+        stages = self.stages(specs)
+        if loads_nm is not None or not _meets(stages, rough):
+            made = self._predicted(specs, stages, given, columns, rough)
         else:  # a body takes long to simulate: twenty times as long as servos that stay apart
             made = {i: run for i in wanted if (run := self._recent.get((i, specs))) is not None}
-            for index, run in self._predicted(specs, {i: None for i in wanted if i not in made}).items():
+            missing = {i: None for i in wanted if i not in made}
+            for index, run in self._predicted(specs, stages, missing).items():
                 self._recent.keep((index, specs), run)
                 made[index] = run
         return [made[i] for i in wanted]
@@ -144,10 +143,11 @@ class Simulator:
         """A rough prediction without those that are frozen, and what these change with those beside them alone."""
         thawed = self.beside(())
         missing = [i for i in runs if i not in self._marks]
-        with_them = thawed.predict(self._beside, missing)
-        without = thawed.predict(self._not_frozen(self._beside), missing, rough=True)
-        for index, one, other in zip(missing, with_them, without, strict=True):
-            self._marks[index] = one.reading_rad - other.reading_rad
+        if missing:
+            with_them = thawed.predict(self._beside, missing)
+            without = thawed.predict(self._not_frozen(self._beside), missing, rough=True)
+            for index, one, other in zip(missing, with_them, without, strict=True):
+                self._marks[index] = one.reading_rad - other.reading_rad
         made = thawed.predict(self._not_frozen(specs), runs, rough=True, columns=columns)
         return [
             replace(run, reading_rad=run.reading_rad + self._marks[index])
@@ -157,14 +157,17 @@ class Simulator:
     def _predicted(
         self,
         specs: tuple[EffectSpec, ...],
+        on_ground: Stages,
         loads_nm: Mapping[int, Floats | None],
         columns: Sequence[int] | None = None,
         rough: bool = False,
     ) -> dict[int, JointRun]:
-        """``predict`` of the runs that ``loads_nm`` has an entry of, by their places in the session."""
+        """``predict`` of the runs that ``loads_nm`` has an entry of, by their places in the session;
+        ``on_ground``: the robot with these effects there.
+        """
         made: dict[int, JointRun] = {}
         for in_air in {self.data.runs[i].lifted for i in loads_nm}:
-            stages = self.stages(specs, in_air=in_air)
+            stages = self.stages(specs, in_air=True) if in_air else on_ground
             here = [i for i in loads_nm if self.data.runs[i].lifted is in_air]
             given = [
                 self._given(stages, i, stages.link(*self.set_points[i]), rough, loads_nm[i]) for i in here
@@ -231,6 +234,14 @@ class Simulator:
             with self._lock:
                 known[index] = made
         return known[index]
+
+
+def _meets(stages: Stages, rough: bool) -> bool:
+    """Whether joints disturb each other through the body, which must be simulated then; ``rough``: though the torques
+    of the measured motion would do.
+    """
+    goes_along = _goes_along(stages.servo_rows)
+    return stages.model is not None and (goes_along or (stages.feels_load and not rough))
 
 
 def _goes_along(rows: Floats) -> bool:

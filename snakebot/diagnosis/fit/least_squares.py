@@ -113,9 +113,11 @@ def minimise(
         trial_cost, trial_weight = weights.cost(trial_residual)
         fell = active & (trial_cost < cost)
         fall = np.where(fell, (cost - trial_cost) / part, promise)  # of a whole step
-        share, shorter_fall = _shorter(part * promise, trial_cost - cost)
-        if problem.secant:  # not repeated for that little
-            fall = np.where(fell, fall, np.minimum(fall, shorter_fall))
+        if costly:
+            share, shorter_fall = _shorter(part * promise, trial_cost - cost)
+            length = np.where(fell, 1.0, length * share)
+            if problem.secant:  # not repeated for that little
+                fall = np.where(fell, fall, np.minimum(fall, shorter_fall))
         small = fall <= SMALL_FALL * np.maximum(cost, 1e-9)
         moved = fell[problem.unit]
         if problem.secant:
@@ -125,8 +127,6 @@ def minimise(
         weight = np.where(moved, trial_weight, weight)
         cost = np.where(fell, trial_cost, cost)
         unsure = active & guessed & (small | ~fell)  # where slopes are guessed no end is believed
-        if costly:
-            length = np.where(fell, 1.0, length * share)
         damping = np.where(
             fell, np.maximum(damping * LESS_DAMPING, 1e-9), np.where(unsure, damping, damping * MORE_DAMPING)
         )

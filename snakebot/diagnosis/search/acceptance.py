@@ -87,7 +87,12 @@ def as_good(scoring: Scoring, plainer: Trial, best: Trial) -> bool:
         scoring.gain(best.held_square, plainer.held_square, scoring.decides & (scoring.joint == place))
         for place in places
     )
-    return lost.mean < max(lost.se, NO_LOSS) and not any(gains(loss) for loss in on_each)
+    return costs_nothing(lost) and not any(gains(loss) for loss in on_each)
+
+
+def costs_nothing(loss: MeanDifference) -> bool:
+    """Whether a loss is within a standard error, or next to nothing."""
+    return loss.mean < max(loss.se, NO_LOSS)
 
 
 def closes_more(scoring: Scoring, trial: Trial, base: Trial, nominal: Trial) -> bool:

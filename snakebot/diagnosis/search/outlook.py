@@ -7,7 +7,7 @@ that points nowhere.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 
 import numpy as np
@@ -21,7 +21,6 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, informative_runs
 from snakebot.diagnosis.search.candidate import Candidate
-from snakebot.effects.spec import EffectSpec
 
 # Shares of the change that an effect makes at a start, and multiples, beside the one of least squares, which is between
 # the first and the last: the best is what a fit might reach; chosen.
@@ -44,9 +43,7 @@ def promise(evidence: Evidence, base: Trial, candidate: Candidate) -> float:
     runs, scoring = informative_runs(evidence), evidence.scoring
     rows = scoring.of_angles & np.isin(scoring.run, runs)
     old = _unchanged(evidence, base, runs)
-    sets = (candidate.hypothesis.specs(start) for start in candidate.starts)
-    made = _scaled(evidence, base, runs, candidate.hypothesis, sets)
-    return max(scoring.gain(new, old, rows).mean for new in made)
+    return max(scoring.gain(new, old, rows).mean for new in _scaled(evidence, base, runs, candidate))
 
 
 def _unchanged(evidence: Evidence, base: Trial, runs: Sequence[int]) -> Floats:
@@ -55,19 +52,11 @@ def _unchanged(evidence: Evidence, base: Trial, runs: Sequence[int]) -> Floats:
     return _squares(evidence, base, runs, stacked, [base.readings[i] for i in runs])
 
 
-def _scaled(
-    evidence: Evidence,
-    base: Trial,
-    runs: Sequence[int],
-    hypothesis: Hypothesis,
-    sets: Iterable[Sequence[EffectSpec]],
-) -> Iterator[Floats]:
-    """(B,) mean squares with each share of the change in some runs that each of the ``sets`` of effects makes to
-    ``base``; they are those of a ``hypothesis``.
-    """
-    stacked = _stacked(evidence.angles, runs, hypothesis)
-    for specs in sets:
-        made = evidence.predictor.readings(specs, runs, rough=True)
+def _scaled(evidence: Evidence, base: Trial, runs: Sequence[int], candidate: Candidate) -> Iterator[Floats]:
+    """(B,) mean squares with each share of the change that a candidate makes to ``base`` in some runs at each start."""
+    stacked = _stacked(evidence.angles, runs, candidate.hypothesis)
+    for start in candidate.starts:
+        made = evidence.predictor.readings(candidate.hypothesis.specs(start), runs, rough=True)
         change = [new - base.readings[i] for i, new in zip(runs, made, strict=True)]
         for share in (*SHARES, _least_squares(evidence.data, base, runs, change)):
             mixed = [base.readings[i] + share * part for i, part in zip(runs, change, strict=True)]

@@ -17,7 +17,7 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
-from snakebot.diagnosis.search.acceptance import NO_LOSS
+from snakebot.diagnosis.search.acceptance import costs_nothing
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.candidates import candidates
 from snakebot.diagnosis.search.library import Library
@@ -99,14 +99,13 @@ def held_out(
     simpler = fits if base is None else [base, *fits]
     angles, simulator = evidence.angles, evidence.predictor.simulator
     further = [t for t in fits if not any(_says_no_more(angles, simulator, t, other) for other in simpler)]
-    if ahead is not None:
-        return in_parallel(lambda t: run_trial_against(evidence, ahead, t.hypothesis, [t.theta]), further)
-    return _cross_validated(evidence, further)
+    return _cross_validated(evidence, further, ahead)
 
 
-def _cross_validated(evidence: Evidence, fits: Sequence[Trial]) -> list[Trial]:
+def _cross_validated(evidence: Evidence, fits: Sequence[Trial], ahead: Trial | None = None) -> list[Trial]:
     """The same explanations, from where these fits ended."""
-    return in_parallel(lambda t: run_trial(evidence, t.hypothesis, [t.theta]), fits)
+    run = run_trial if ahead is None else partial(run_trial_against, ahead=ahead)
+    return in_parallel(lambda t: run(evidence, hypothesis=t.hypothesis, starts=[t.theta]), fits)
 
 
 def _says_no_more(angles: AngleEvidence, simulator: Simulator, fit: Trial, other: Trial) -> bool:
@@ -135,7 +134,7 @@ def ranked(scoring: Scoring, trials: Sequence[Trial]) -> list[Trial]:
     first = ordered[0]
     for other in ordered[1:]:
         lost = scoring.gain(first.held_square, other.held_square)
-        if _said(other) < _said(first) and lost.mean < max(lost.se, NO_LOSS):
+        if _said(other) < _said(first) and costs_nothing(lost):
             first = other
     ordered.remove(first)
     return [first, *ordered]

@@ -22,6 +22,7 @@ from snakebot.diagnosis.search.random_loss import with_random_loss
 from snakebot.diagnosis.search.search import search
 from snakebot.diagnosis.show.answer import with_words
 from snakebot.diagnosis.verdict.at_end import at_end
+from snakebot.diagnosis.verdict.bend import bent
 from snakebot.diagnosis.verdict.conclude import conclude
 from snakebot.diagnosis.verdict.decision import judge
 from snakebot.effects.registry import find_effect
@@ -96,7 +97,8 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
     named = dict.fromkeys(term.effect for term in found.best.hypothesis.terms)
     lacking = [find_effect(name).lacks(evidence.data.robot) for name in named]
     warnings += [text for text in dict.fromkeys(lacking) if text is not None]
-    warnings += [text for text in map(at_end, conclusion.causes) if text is not None]
+    doubts = (*map(at_end, conclusion.causes), bent(conclusion.causes))
+    warnings += [text for text in doubts if text is not None]
 
     proposal = Proposal(None, None)
     if not options.quick and conclusion.open_rivals:

@@ -21,6 +21,7 @@ from snakebot.diagnosis.search.groups import degenerate, indistinguishable
 from snakebot.diagnosis.search.rounds import MANY_TERMS
 from snakebot.diagnosis.search.search import SearchResult, without_term
 from snakebot.diagnosis.verdict.at_end import held_back
+from snakebot.diagnosis.verdict.bend import bend_of, is_straight, less_sure
 from snakebot.diagnosis.verdict.closure import angle_closure, forward_speeds, speed_closure
 from snakebot.diagnosis.verdict.joints import joints_of
 from snakebot.diagnosis.verdict.noise import EncoderScatter
@@ -135,6 +136,9 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         specification=str(_named(evidence.angles, term).told(theta.tolist())),
         evidence={} if by_chance else {name: float(value) for name, value in asdict(features).items()},
     )
+    bend = None if term.stage == "body" else bend_of(evidence, found.nominal, best, cause.joints)
+    if bend is not None and is_straight(evidence, found.nominal, trial_at(evidence, alone, theta), cause.joints):
+        cause = less_sure(cause, bend)
     return _Weighed(held_back(cause), group, lead(scoring, best, without).mean)
 
 

@@ -23,9 +23,16 @@ from snakebot.diagnosis.search.search import SearchResult, without_term
 from snakebot.diagnosis.verdict.at_end import held_back
 from snakebot.diagnosis.verdict.bend import bend_of, is_straight, less_sure
 from snakebot.diagnosis.verdict.closure import angle_closure, forward_speeds, speed_closure
+from snakebot.diagnosis.verdict.decision import Judgement
 from snakebot.diagnosis.verdict.joints import joints_of
 from snakebot.diagnosis.verdict.noise import EncoderScatter
-from snakebot.diagnosis.verdict.probability import MOST_OF_ONE_MOTION, CauseFeatures, probability
+from snakebot.diagnosis.verdict.probability import (
+    MOST_BESIDE_GROUND_REST,
+    MOST_OF_ONE_MOTION,
+    CauseFeatures,
+    at_most,
+    probability,
+)
 from snakebot.diagnosis.verdict.ranking import ranked
 from snakebot.effects.effect import Effect
 from snakebot.effects.parameter import Parameter
@@ -55,13 +62,16 @@ class _Weighed:
 
 @dataclass(frozen=True, eq=False)
 class _Explanation:
-    """What all terms of the best explanation are weighed with. ``explained``: whether it is the answer."""
+    """What all terms of the best explanation are weighed with."""
 
     evidence: Evidence
     found: SearchResult
-    best: Trial
-    explained: bool
+    judgement: Judgement
     options: Options
+
+    @property
+    def best(self) -> Trial:
+        return self.judgement.best
 
     def rivals(self, index: int) -> Sequence[Trial]:
         """Explanations with another term in place of the one at ``index``."""
@@ -77,10 +87,10 @@ class _Explanation:
 
 
 def weigh_causes(
-    evidence: Evidence, found: SearchResult, best: Trial, explained: bool, errors: Floats, options: Options
+    evidence: Evidence, found: SearchResult, judgement: Judgement, errors: Floats, options: Options
 ) -> tuple[list[Cause], list[Trial], tuple[RankingEntry, ...]]:
     """Causes in the order of what they close, the rivals still open (best first), and the ranking."""
-    explanation = _Explanation(evidence, found, best, explained, options)
+    explanation, best = _Explanation(evidence, found, judgement, options), judgement.best
     weighed: list[_Weighed] = []
     at = 0
     for index, term in enumerate(best.hypothesis.terms):
@@ -119,7 +129,7 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         closed=round(closed, 4),
         rivals=len(group),
         motions=1 if found.untested else len(evidence.data.motions),
-        explained=explanation.explained,
+        explained=explanation.judgement.verdict == "explained",
     )
     seen = SCATTER_PROBABILITY if features.motions > 1 else MOST_OF_ONE_MOTION
     others = dict.fromkeys(t.hypothesis.terms[-1].effect if t.hypothesis.terms else "" for t in group)
@@ -136,8 +146,12 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         specification=str(_named(evidence.angles, term).told(theta.tolist())),
         evidence={} if by_chance else {name: float(value) for name, value in asdict(features).items()},
     )
+    if term.stage == "body" and explanation.judgement.rest.gap.ground_significant:
+        (cause,) = at_most([cause], MOST_BESIDE_GROUND_REST)
     bend = None if term.stage == "body" else bend_of(evidence, found.nominal, best, cause.joints)
-    if bend is not None and is_straight(evidence, found.nominal, trial_at(evidence, alone, theta), cause.joints):
+    if bend is not None and is_straight(
+        evidence, found.nominal, trial_at(evidence, alone, theta), cause.joints
+    ):
         cause = less_sure(cause, bend)
     return _Weighed(held_back(cause), group, lead(scoring, best, without).mean)
 

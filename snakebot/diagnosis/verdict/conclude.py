@@ -106,9 +106,8 @@ def conclude(
 ) -> Conclusion:
     """Causes with parameters and probabilities, closure, place of the gap."""
     progress("parameters and their uncertainty", 0.82)
-    explained = judgement.verdict == "explained"
     errors = standard_errors(evidence, judgement.best, tolerances=not options.quick)
-    causes, rivals, ranking = weigh_causes(evidence, found, judgement.best, explained, errors, options)
+    causes, rivals, ranking = weigh_causes(evidence, found, judgement, errors, options)
     if any(is_slow(run) for run in evidence.data.runs):
         causes, ranking = at_most(causes), ranking_at_most(ranking)
     if judgement.verdict == "unexplained":

@@ -26,6 +26,9 @@ MOST_OF_ONE_MOTION = 0.5  # highest probability where nothing could be held out:
 # Mean square left over the allowed one, above which a probability is at most ``MOST_BESIDE_REST``; chosen.
 LARGE_REST = 100.0
 MOST_BESIDE_REST = 0.6  # highest probability of a cause beside such a rest; chosen
+# Highest probability of a cause of the body beside a rest over ground. Joint angles are measured there, so no error of
+# a servo's model is in it: another law, or another cause, is likelier than not; chosen.
+MOST_BESIDE_GROUND_REST = 0.45
 MOST_WHERE_GUESSED = 0.8  # highest probability where part of the set-points is guessed (slow logs); chosen
 # Highest probability of a cause that leaves the gap unexplained: more would contradict the verdict; chosen.
 MOST_UNEXPLAINED = 0.5

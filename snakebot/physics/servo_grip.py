@@ -55,8 +55,8 @@ ATTEMPTS = 4  # at a step, until no joint changes between sticking and slipping
 STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF, STALL, NO_LOAD, FADE, PLAY, BRAKE = range(10)
 GRIP_COLUMNS = 10  # as many as there are names above
 # Floats of the scratch.
-OLD_BASE, OLD_PHI, OLD_DPHI, SLIDING, WEAK, PUSH, DRAG, KNOWN, SIDE, PULL = range(10)
-GRIP_SCRATCH_ROWS = 10  # as many as there are names above
+OLD_BASE, OLD_PHI, OLD_DPHI, SLIDING, WEAK, PUSH, DRAG, KNOWN, SIDE, PULL, TURNED = range(11)
+GRIP_SCRATCH_ROWS = 11  # as many as there are names above
 
 
 def grips_of(params: Floats, model: ChainModel) -> Floats:
@@ -148,6 +148,7 @@ def follow(
         else:
             scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = _overdrawn(grips[j], demand, dphi[j], t)
         scratch[KNOWN, j] = grips[j, STIFF] * load[j]
+        scratch[TURNED, j] = 0.0
         slides = grips[j, COULOMB] > 0.0 and abs(dphi[j]) > STICK_RAD_S
         scratch[SLIDING, j] = math.copysign(1.0, dphi[j]) if slides else 0.0
     for a in range(6):
@@ -163,6 +164,7 @@ def follow(
             links, slope, eps, grips, kind, base, phi, dphi, torque, power, work, stage, scratch, h, state
         )
         wrong = _overtaxed(grips, kind, torque, scratch, t)
+        wrong = _overshoots(grips, kind, phi, dphi, scratch, state, t) or wrong
         if not (held and _slips(grips, kind, dphi, scratch)) and not wrong:
             break
         held = True
@@ -274,6 +276,25 @@ def _overtaxed(grips: Any, kind: Any, torque: Any, scratch: Any, t: float) -> bo
         if sign != 0.0:
             kind[j] = TORQUE
             scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j], scratch[SLIDING, j] = sign, push, drag, 0.0
+            wrong = True
+    return wrong
+
+
+@jit
+def _overshoots(grips: Any, kind: Any, phi: Any, dphi: Any, scratch: Any, state: Any, t: float) -> bool:
+    """Whether a motor that pulled with all it has, through the step just tried, carried its joint so far that it would
+    pull as hard the other way at the end of it; ``scratch`` is put right: a spring, which is implicit, ends in between.
+
+    Without this, light links under a torque limit shake from limit to limit, one step each way.
+    """
+    wrong = False
+    for j in range(phi.size):
+        if kind[j] != TORQUE or scratch[WEAK, j] == 0.0 or scratch[PUSH, j] == 0.0 or scratch[TURNED, j] != 0.0:
+            continue
+        demand = grips[j, STIFFNESS] * (state[j, SMOOTH] - phi[j] - scratch[SIDE, j])
+        demand += grips[j, DAMPING] * (state[j, SMOOTH_RATE] - dphi[j]) + scratch[KNOWN, j]
+        if _overdrawn(grips[j], demand, dphi[j], t)[0] == -scratch[WEAK, j]:
+            scratch[WEAK, j], scratch[TURNED, j] = 0.0, 1.0
             wrong = True
     return wrong
 

@@ -49,7 +49,7 @@ CAUGHT_UP_RAD, CAUGHT_UP_RAD_S = 3e-4, 0.01  # within which it is stiff again
 CONTACT_RAD_S = 200.0  # of one with play, where its gears touch: at 400 joints move the same to 0.05 deg
 SOFT_DAMPING = 0.3  # damping ratio of a joint on a soft spring
 STICK_RAD_S = 2e-3  # a joint slower than this sticks
-ATTEMPTS = 4  # at a step, until no joint changes between sticking and slipping
+ATTEMPTS = 8  # at a step, until no joint changes between sticking and slipping
 
 # Columns of a joint's grip, what the load can do to it.
 STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF, STALL, NO_LOAD, FADE, PLAY, BRAKE = range(10)
@@ -260,8 +260,8 @@ def _try_step(
 
 @jit
 def _overtaxed(grips: Any, kind: Any, torque: Any, scratch: Any, t: float) -> bool:
-    """Whether the step just tried took more of a stiff joint's motor than it has, or pulled at gears that can but push;
-    ``scratch`` is put right.
+    """Whether the step just tried took more of a motor than it has, or pulled at gears that can but push; ``scratch``
+    is put right. Beside dry friction the motor's own part of the torque is not known: the next step sees to it.
     """
     wrong = False
     for j in range(torque.size):
@@ -269,7 +269,7 @@ def _overtaxed(grips: Any, kind: Any, torque: Any, scratch: Any, t: float) -> bo
         if held and grips[j, PLAY] > 0.0 and torque[j] * scratch[SIDE, j] < 0.0:
             scratch[WEAK, j], scratch[PUSH, j], scratch[DRAG, j] = 1.0, 0.0, 0.0
             wrong = True
-        if not held or grips[j, STIFFNESS] == 0.0 or not _keeps_up(grips[j]):
+        if not held or grips[j, STIFFNESS] == 0.0 or grips[j, COULOMB] != 0.0:
             continue
         rate = scratch[OLD_DPHI, j]
         sign, push, drag = _overdrawn(grips[j], torque[j], rate, t)
@@ -289,7 +289,12 @@ def _overshoots(grips: Any, kind: Any, phi: Any, dphi: Any, scratch: Any, state:
     """
     wrong = False
     for j in range(phi.size):
-        if kind[j] != TORQUE or scratch[WEAK, j] == 0.0 or scratch[PUSH, j] == 0.0 or scratch[TURNED, j] != 0.0:
+        if (
+            kind[j] != TORQUE
+            or scratch[WEAK, j] == 0.0
+            or scratch[PUSH, j] == 0.0
+            or scratch[TURNED, j] != 0.0
+        ):
             continue
         demand = grips[j, STIFFNESS] * (state[j, SMOOTH] - phi[j] - scratch[SIDE, j])
         demand += grips[j, DAMPING] * (state[j, SMOOTH_RATE] - dphi[j]) + scratch[KNOWN, j]

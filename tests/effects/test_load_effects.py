@@ -7,9 +7,12 @@ import pytest
 
 from snakebot.arrays import Floats
 from snakebot.effects import predict, servo_stage
+from snakebot.effects.spec import parse_effect
+from snakebot.effects.stages import assemble
 from snakebot.gait import Gait, GaitMotion
 from snakebot.physics import TORQUE, Chain, ChainModel, Drive
 from snakebot.physics.inertia import felt_inertia_kg_m2
+from snakebot.physics.servo_chain import DrivenChain
 from snakebot.robot import load_robot
 
 ROBOT = load_robot("penn_state")
@@ -23,6 +26,17 @@ COMMAND = (
     * np.sin(2 * T[:, None] + np.arange(5) * np.radians(80))
 )
 TAU_S = 0.03
+# Twelve links of half the length and mass.
+LIGHT_BODY = BODY.model_copy(
+    update={
+        "links": 12,
+        "half_length_m": 0.04,
+        "link_mass_kg": 0.715,
+        "friction": BODY.friction.model_copy(update={"ct": 0.415, "cn": 25.95, "ct0": 0.245, "cn0": 1.165}),
+    }
+)
+LIGHT_ROBOT = ROBOT.model_copy(update={"joints": 11, "body": LIGHT_BODY})
+LIGHT_GAIT = GaitMotion(Gait.from_degrees(31.8, 27.25, 1.44, 10.2), 11, 9.0, 0.0).sampled(T)
 
 
 def torque_servos(
@@ -113,20 +127,22 @@ def test_light_links_do_not_shake_under_a_torque_limit(
     """Twelve light links move the same at the step of a prediction and at a quarter of it. Motors that gave all they
     have for a whole step, and as much the other way in the next, threw them 10 deg off.
     """
-    assert BODY is not None
-    friction = BODY.friction.model_copy(update={"ct": 0.415, "cn": 25.95, "ct0": 0.245, "cn0": 1.165})
-    body = BODY.model_copy(
-        update={"links": 12, "half_length_m": 0.04, "link_mass_kg": 0.715, "friction": friction}
-    )
-    robot = ROBOT.model_copy(update={"joints": 11, "body": body})
-    gait = GaitMotion(Gait.from_degrees(31.8, 27.25, 1.44, 10.2), 11, 9.0, 0.0).sampled(T)
 
     def moved(grid_s: float) -> Floats:
         monkeypatch.setattr(servo_stage, "GRID_S", grid_s)
         spec = f"torque_limit:limit_nm={limit_nm}"
-        return predict(robot, [spec], T, gait, quantise=False, body=False).joint_angle_rad
+        return predict(LIGHT_ROBOT, [spec], T, LIGHT_GAIT, quantise=False, body=False).joint_angle_rad
 
     assert np.sqrt(np.mean((moved(2e-3) - moved(5e-4)) ** 2)) < np.radians(0.3)
+
+
+@pytest.mark.parametrize("other", ["backlash:width_deg=0.45,loaded=1", "compliance:stiffness_nm_rad=40"])
+def test_no_motor_gives_more_than_its_limit(other: str) -> None:
+    stages = assemble(LIGHT_ROBOT, [parse_effect("torque_limit:limit_nm=1.6"), parse_effect(other)])
+    chain = DrivenChain(stages.servo_rows, LIGHT_GAIT[0], model=stages.model, grid_s=2e-3)
+    borne = np.abs(chain.run(np.arange(0, 3, 2e-3), T, LIGHT_GAIT).torque)
+    assert borne.max() > 1.5  # the limit is met
+    assert np.mean(borne > 1.6 * 1.001) < 1e-3  # but for gears that meet
 
 
 @pytest.mark.parametrize("spec", ["torque_limit:limit_nm=0.1", "compliance:stiffness_nm_rad=0.3"])

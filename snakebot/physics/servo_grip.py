@@ -49,7 +49,7 @@ CAUGHT_UP_RAD, CAUGHT_UP_RAD_S = 3e-4, 0.01  # within which it is stiff again
 CONTACT_RAD_S = 200.0  # of one with play, where its gears touch: at 400 joints move the same to 0.05 deg
 SOFT_DAMPING = 0.3  # damping ratio of a joint on a soft spring
 STICK_RAD_S = 2e-3  # a joint slower than this sticks
-ATTEMPTS = 8  # at a step, until no joint changes between sticking and slipping
+ATTEMPTS = 8  # at a step, until no joint changes between sticking and slipping, spring and full torque
 
 # Columns of a joint's grip, what the load can do to it.
 STIFFNESS, DAMPING, COULOMB, LIMIT, STIFF, STALL, NO_LOAD, FADE, PLAY, BRAKE = range(10)

@@ -58,6 +58,8 @@ def why(found: Diagnosis) -> str:
         limits.append("one motion alone was recorded, so that nothing could be tested on another")
     if said == "a guess" and tied(found):
         limits.append(tie_sentence(found)[0].lower() + tie_sentence(found)[1:])
+    if any("bend" in cause.evidence for cause in found.causes):
+        limits.append("what is left bends with the angle, and what is named is straight")
     if found.verdict == "partly":
         limits.append("a part of the gap follows another law")
     if limits:

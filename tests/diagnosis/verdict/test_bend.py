@@ -10,6 +10,7 @@ from sessions import bench, make_session
 
 from snakebot.diagnosis import diagnose
 from snakebot.diagnosis.result import Diagnosis
+from snakebot.diagnosis.show.certainty import why
 from snakebot.diagnosis.verdict.bend import MOST_WHERE_BENT
 from snakebot.runlog import Session
 
@@ -42,6 +43,7 @@ def test_a_code_wheel_off_its_centre_is_no_sure_offset(phase_rad: float) -> None
     assert found.causes
     assert all(cause.probability <= MOST_WHERE_BENT for cause in found.causes)
     assert any("bends with the angle" in text for text in found.warnings)
+    assert "what is left bends with the angle" in why(found).lower()
 
 
 @pytest.mark.parametrize(

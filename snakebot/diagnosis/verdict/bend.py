@@ -10,7 +10,6 @@ then.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.polynomial import polyfit, polyval
@@ -30,21 +29,9 @@ STRAIGHT = 0.95  # share of the mean square of a mark that a straight line of th
 MOST_WHERE_BENT = 0.2  # highest probability of a straight cause where the rest bends: likelier wrong; chosen
 
 
-@dataclass(frozen=True)
-class Bend:
-    """A clear curve in what is left of some joints.
-
-    Attributes:
-        share: its rms over that of what the explanation changes.
-        z: standard errors by which it makes runs better that it was not fitted to.
-    """
-
-    share: float
-    z: float
-
-
-def bend_of(evidence: Evidence, nominal: Trial, best: Trial, joints: Sequence[int]) -> Bend | None:
-    """The curve in what ``best`` leaves of some joints (1-based); None where there is none to speak of.
+def bend_of(evidence: Evidence, nominal: Trial, best: Trial, joints: Sequence[int]) -> float | None:
+    """Rms of the curve in what ``best`` leaves of some joints (1-based), over that of what it changes there; None where
+    no curve is clear.
 
     It is fitted joint by joint to all motions but one, and tried on that one as far as the angles of the others go.
     """
@@ -77,7 +64,7 @@ def bend_of(evidence: Evidence, nominal: Trial, best: Trial, joints: Sequence[in
     cluster = blocks.run * evidence.data.joints + blocks.joint
     found = mean_difference((gain / blocks.samples)[rows], cluster[rows])
     share = float(np.sqrt(max(gain[rows].sum(), 0.0) / changed[rows].sum()))
-    return Bend(share, found.z) if found.z > GAP_SE and share > LEAST_BEND else None
+    return share if found.z > GAP_SE and share > LEAST_BEND else None
 
 
 def is_straight(evidence: Evidence, nominal: Trial, alone: Trial, joints: Sequence[int]) -> bool:
@@ -94,12 +81,12 @@ def is_straight(evidence: Evidence, nominal: Trial, alone: Trial, joints: Sequen
     return whole > 0 and left <= (1 - STRAIGHT) * whole
 
 
-def less_sure(cause: Cause, bend: Bend) -> Cause:
+def less_sure(cause: Cause, bend: float) -> Cause:
     """A straight cause, with no more probability than one beside such a bend may have."""
     return cause.model_copy(
         update={
             "probability": min(cause.probability, MOST_WHERE_BENT),
-            "evidence": {**cause.evidence, "bend": round(bend.share, 3)},
+            "evidence": {**cause.evidence, "bend": round(bend, 3)},
         }
     )
 

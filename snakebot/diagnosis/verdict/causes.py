@@ -146,13 +146,15 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         specification=str(_named(evidence.angles, term).told(theta.tolist())),
         evidence={} if by_chance else {name: float(value) for name, value in asdict(features).items()},
     )
-    if term.stage == "body" and explanation.judgement.rest.gap.ground_significant:
-        (cause,) = at_most([cause], MOST_BESIDE_GROUND_REST)
-    bend = None if term.stage == "body" else bend_of(evidence, found.nominal, best, cause.joints)
-    if bend is not None and is_straight(
-        evidence, found.nominal, trial_at(evidence, alone, theta), cause.joints
-    ):
-        cause = less_sure(cause, bend)
+    if term.stage == "body":
+        if explanation.judgement.rest.gap.ground_significant:
+            (cause,) = at_most([cause], MOST_BESIDE_GROUND_REST)
+    else:
+        bend = bend_of(evidence, found.nominal, best, cause.joints)
+        if bend is not None and is_straight(
+            evidence, found.nominal, trial_at(evidence, alone, theta), cause.joints
+        ):
+            cause = less_sure(cause, bend)
     return _Weighed(held_back(cause), group, lead(scoring, best, without).mean)
 
 

@@ -52,7 +52,7 @@ def test_half_or_less_of_a_step_that_failed_is_tried_next() -> None:
     box = (np.array([-10.0]), np.array([100.0]), np.array([False]))
     problem = Problem(residual, np.array([0]), block, np.full(1, 1e6), *box, secant=True)
     fit = minimise(problem, np.array([[0.0]]), covariance=False)
-    assert 2.5 < fit.theta[0, 0] < 3.0
+    assert 2.7 < fit.theta[0, 0] < 3.0
     first = next(i for i, theta in enumerate(tried) if theta >= 3.0)
     assert tried[first] == pytest.approx(8.0, rel=0.01)
     assert 0.1 * 8.0 * 0.99 < tried[first + 1] < 0.5 * 8.0

@@ -12,11 +12,8 @@ from snakebot.diagnosis.verdict.probability import MOST_BESIDE_GROUND_REST
 @pytest.mark.parametrize(
     ("true", "asked", "sure"),
     [
-        (
-            "slope:angle_deg=3",
-            "ground_friction",
-            False,
-        ),  # both slow the robot; only one pulls it sideways, too
+        # both slow the robot; only one pulls it sideways, too
+        ("slope:angle_deg=3", "ground_friction", False),
         ("slope:angle_deg=3", "slope", True),
         ("ground_friction:ct_scale=3", "ground_friction", True),
     ],

@@ -87,12 +87,18 @@ def _ground_beyond(scoring: Scoring, mean_square: Floats, asked: Bools) -> bool:
     for kind in (FORWARD, LATERAL, TURN):
         rows = (scoring.kind == kind) & asked
         found, allowed = mean_square[rows], scoring.allowed_square[rows]
-        few = found.size < FEWEST_WINDOWS
-        if few and found.size >= 2 and np.mean(found / allowed) > CERTAIN_RATIO_OF_FEW:
-            return True
-        if not few and beyond(found, allowed, scoring.run[rows], CERTAIN_RATIO_OVER_GROUND):
+        certain = certain_over_ground(found.size)
+        if found.size < FEWEST_WINDOWS:
+            if found.size >= 2 and np.mean(found / allowed) > certain:
+                return True
+        elif beyond(found, allowed, scoring.run[rows], certain):
             return True
     return False
+
+
+def certain_over_ground(count: int) -> float:
+    """Mean square over the allowed one that is a gap over ground for certain, of so many windows or speeds."""
+    return CERTAIN_RATIO_OF_FEW if count < FEWEST_WINDOWS else CERTAIN_RATIO_OVER_GROUND
 
 
 def beyond(square: Floats, allowed: Floats, run: Ints, certain: float = CERTAIN_RATIO) -> bool:

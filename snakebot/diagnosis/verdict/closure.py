@@ -15,12 +15,7 @@ from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence import ground as ground_motion
 from snakebot.diagnosis.evidence.blocks import resample
 from snakebot.diagnosis.evidence.data import PreparedRun
-from snakebot.diagnosis.evidence.gap import (
-    CERTAIN_RATIO_OF_FEW,
-    CERTAIN_RATIO_OVER_GROUND,
-    FEWEST_WINDOWS,
-    gap_of,
-)
+from snakebot.diagnosis.evidence.gap import certain_over_ground, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
 from snakebot.diagnosis.evidence.simulator import Simulator
@@ -202,8 +197,9 @@ def speed_closure(
     closed, interval, reason = None, None, None
     shown = np.isin(scoring.run, split.shown)
     gaps = (gap_of(scoring, nominal.held_square, rows) for rows in (None, shown))
-    certain = CERTAIN_RATIO_OF_FEW if before.size < FEWEST_WINDOWS else CERTAIN_RATIO_OVER_GROUND
-    if e2 <= certain * max(f2, allowed) or not any(gap.ground_significant for gap in gaps):
+    if e2 <= certain_over_ground(before.size) * max(f2, allowed) or not any(
+        gap.ground_significant for gap in gaps
+    ):
         reason = "no gap above what noise and the tolerance of friction and mass allow"
     elif not split.scored:
         reason = NOT_HELD_OUT

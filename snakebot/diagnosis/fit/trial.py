@@ -123,18 +123,19 @@ def run_trial(
     *,
     cross: bool = True,
     rough: bool = False,
-    last: bool = False,
+    last: bool | None = None,
     most_steps: int = FULL_STEPS,
 ) -> Trial:
     """Fit ``hypothesis`` from each of ``starts`` (p,), and cross-validate it unless ``cross`` is False.
 
     ``rough``: a first look, with loads of the measured motion, no interval; where the whole body must be simulated
-    even so, with two runs, and all terms but the last as they start. ``last``: so in any case.
+    even so, with two runs, and all terms but the last as they start. ``last``: these so in any case, or in none.
     """
     runs, steps = first_runs(evidence) if rough else evidence.split.free, most_steps
     specs = hypothesis.specs(starts[0]) if len(starts) else ()
     if rough and evidence.predictor.simulator.rough_needs_body(specs):
-        runs, steps, last = informative_runs(evidence), ROUGH_STEPS, True
+        runs, steps = informative_runs(evidence), ROUGH_STEPS
+        last = last is None or last
     elif not rough and evidence.predictor.simulator.needs_body(specs):
         steps = min(steps, BODY_STEPS)
     if rough and last:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import chain
 
 import numpy as np
 
+from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
@@ -15,11 +17,11 @@ from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
-from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
+from snakebot.diagnosis.fit.trial import ROUGH_STEPS, Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
-from snakebot.diagnosis.search.acceptance import costs_nothing
-from snakebot.diagnosis.search.candidate import Candidate
-from snakebot.diagnosis.search.candidates import candidates
+from snakebot.diagnosis.search.acceptance import costs_nothing, excess
+from snakebot.diagnosis.search.candidate import Candidate, start_values
+from snakebot.diagnosis.search.candidates import candidates, kinds
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.outlook import promising
 from snakebot.effects import registry
@@ -46,6 +48,7 @@ def explore(
 
     made = in_parallel(partial(candidates, first, library, base), wanted, tell)
     fits = first_looks(first, list(chain.from_iterable(made)), base)
+    fits += _second_looks(evidence, library, base, fits)
     reached = [scoring.gain(t.fitted_square, base.fitted_square).mean for t in fits]
     order = np.argsort(reached, kind="stable")[::-1]
     if order.size == 0:
@@ -80,14 +83,44 @@ def first_looks(evidence: Evidence, made: Sequence[Candidate], base: Trial | Non
     """A rough fit of each candidate, nothing held out; on top of a ``base``, of those that promise something, and what
     a base of many terms or parameters says is left as it is, or one that needs the whole body.
     """
-    last = base is not None and (
+    many = base is not None and (
         len(base.hypothesis.terms) >= MANY_TERMS
         or base.theta.size >= MANY_PARAMETERS
         or evidence.predictor.simulator.has_frozen
     )
+    last = True if many else None
     look = partial(run_trial, evidence, cross=False, rough=True, last=last)
     promised = made if base is None else promising(evidence, base, made)
     return in_parallel(lambda c: look(c.hypothesis, c.starts), promised)
+
+
+def _second_looks(evidence: Evidence, library: Library, base: Trial, fits: Sequence[Trial]) -> list[Trial]:
+    """Closer looks at what the likeliest fits may be taken for, where these say that a joint goes where the rest of the
+    body takes it: a joint that is slow under load was looked at under the torques of the measured motion, and those are
+    not the ones that it would have borne.
+    """
+    scoring, simulator = evidence.scoring, evidence.predictor.simulator
+
+    def left(fit: Trial) -> float:
+        return excess(scoring, replace(fit, held_square=fit.fitted_square), scoring.of_angles)
+
+    likeliest = [max(fits, key=lambda t: t.fitted_score(scoring)), min(fits, key=left)] if fits else []
+    wanted: dict[Hypothesis, list[Floats]] = {}
+    for fit in likeliest:
+        term, values = fit.hypothesis.terms[-1], fit.hypothesis.split(fit.theta)[-1]
+        if not simulator.rough_needs_body(term.specs(values.tolist())):
+            continue
+        at = tuple(j - 1 for j in term.joints or range(1, evidence.data.joints + 1))
+        for effect in library.effects:
+            if not effect.per_joint or term.effect not in dict(effect.confused_with):
+                continue
+            other = replace(term, effect=effect.name, fixed=kinds(library, effect)[0])
+            starts = [start_values(other, start) for start in effect.starts(library.observed, at)]
+            specs = other.specs(starts[0].tolist())
+            if simulator.always_needs_body(specs) and not simulator.rough_needs_body(specs):
+                wanted[base.hypothesis.plus(other)] = [np.concatenate([base.theta, s]) for s in starts]
+    look = partial(run_trial, evidence, cross=False, last=bool(base.hypothesis.terms), most_steps=ROUGH_STEPS)
+    return in_parallel(lambda h: look(h, wanted[h]), list(wanted))
 
 
 def held_out(

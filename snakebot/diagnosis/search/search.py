@@ -23,6 +23,7 @@ from snakebot.diagnosis.search.acceptance import accepted, as_good, closed_enoug
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import elsewhere, kinds
 from snakebot.diagnosis.search.library import Library
+from snakebot.diagnosis.search.pairs import pairs
 from snakebot.diagnosis.search.rivals import rivals
 from snakebot.diagnosis.search.rounds import MANY_TERMS, explore, first_looks, held_out, ranked
 from snakebot.diagnosis.search.wear import is_worn, with_wear
@@ -82,13 +83,24 @@ def search(
     path, best, round_ = [nominal], nominal, singles
     limit, most_terms = 2 if quick else MOST_EFFECTS, MOST_TERMS
     worn: Trial | None = None
-    wear_is_open = True
+    wear_is_open = pairs_are_open = True
 
     def has_room(trial: Trial) -> bool:
         return len(trial.hypothesis.names) < limit and len(trial.hypothesis.terms) < most_terms
 
     while True:
         winner = _winner(evidence.scoring, round_, best, nominal) if has_room(best) else None
+        if pairs_are_open and _may_be_worn(evidence.scoring, winner, best, nominal):
+            pairs_are_open = False
+            progress("two effects together", 0.4)
+            so_far = winner or best
+            tried_together = pairs(evidence, nominal, fits, so_far)
+            together = _winner(evidence.scoring, tried_together, so_far, nominal)
+            if together is not None:
+                best = together
+                path.append(best)
+                round_, tried[best.hypothesis] = _explored(evidence, library, best, nominal, progress)
+                continue
         if wear_is_open and _may_be_worn(evidence.scoring, winner, best, nominal):
             wear_is_open = False
             so_far = winner or best

@@ -39,6 +39,9 @@ from snakebot.effects.spec import EffectSpec
 LEAST_SQUARES_STEPS = 12  # iterations of the fit of all effects together by least squares, from far; chosen
 CAUCHY_STEPS = 8  # iterations of the same by the Cauchy loss, from where least squares ended; chosen
 LESS_STEPS = 5  # iterations with one effect less, from near; chosen
+# What a fault may leave, over what the one that takes most of the gap away leaves, to be tried as well; and the most
+# that are tried. Chosen.
+CLOSE_FAULT, MOST_FAULTS = 1.25, 2
 START_SHARE = 0.5  # of the size that an effect alone would start with: it is not alone here; chosen
 
 
@@ -110,7 +113,8 @@ def with_wear(
 def _faults(
     scoring: Scoring, library: Library, nominal: Trial, first: Trial, fits: Sequence[Trial]
 ) -> list[Trial]:
-    """What everyday effects are tried beside: ``first``, unless it is one of them, and what takes most of the gap away.
+    """What everyday effects are tried beside: ``first``, unless it is one of them, and what takes most of the gap away,
+    with the next of those that do nearly as well: which of them it is may show when the everyday effects are there.
 
     The score hardly changes with a fault of a few moments before the everyday effects are in the prediction.
     """
@@ -122,11 +126,12 @@ def _faults(
         if _all_but(everyday, trial.hypothesis)
     }
     fault = _all_but(everyday, first.hypothesis)
-    found = [first] if fault else []
-    largest = min(left, key=left.__getitem__, default=None)
-    if largest is None or left[largest] >= (1 - LEAST_FALL) * gap_square:
-        return found
-    return found if largest.hypothesis.terms == fault else [*found, largest]
+    nearest: dict[str, Trial] = {}
+    for trial in sorted(left, key=left.__getitem__):
+        nearest.setdefault(trial.hypothesis.terms[-1].effect, trial)
+    most = min((1 - LEAST_FALL) * gap_square, CLOSE_FAULT * min(left.values(), default=0.0))
+    others = [t for t in nearest.values() if left[t] < most and t.hypothesis.terms != fault][:MOST_FAULTS]
+    return [first, *others] if fault else others
 
 
 def is_worn(library: Library, hypothesis: Hypothesis) -> bool:

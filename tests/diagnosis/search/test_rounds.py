@@ -52,6 +52,13 @@ def test_what_looks_like_a_delay_of_another_size_or_sign_is_tried(effect: str) -
     assert named(trials[:1], effect.split(":")[0])
 
 
+def test_a_motor_that_stalls_is_looked_at_under_the_torques_that_it_bears() -> None:
+    """By those of the measured motion it does next to nothing, and a torque limit would be named."""
+    trials = explored("torque_speed:no_load_rad_s=4,stall_nm=1,joints=2")
+    assert trials[0].hypothesis.names == ("torque_speed",)
+    assert trials[0].hypothesis.terms[0].joints == (2,)
+
+
 def test_a_joint_that_gives_way_and_hardly_rubs_is_not_lost_to_friction_before_the_fit() -> None:
     session = make_session(snake(), ["joint_friction:coulomb_nm=0.06,stiffness_nm_rad=60,joints=2"])
     evidence = gather(prepare(session))

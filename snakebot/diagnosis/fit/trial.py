@@ -125,13 +125,17 @@ def run_trial(
     rough: bool = False,
     last: bool | None = None,
     most_steps: int = FULL_STEPS,
+    fitted_runs: Sequence[int] | None = None,
 ) -> Trial:
     """Fit ``hypothesis`` from each of ``starts`` (p,), and cross-validate it unless ``cross`` is False.
 
     ``rough``: a first look, with loads of the measured motion, no interval; where the whole body must be simulated
     even so, with two runs, and all terms but the last as they start. ``last``: these so in any case, or in none.
+    ``fitted_runs``: unless it is a first look, those that are fitted; all that may be, if None.
     """
-    runs, steps = first_runs(evidence) if rough else evidence.split.free, most_steps
+    runs, steps = evidence.split.free if fitted_runs is None else fitted_runs, most_steps
+    if rough:
+        runs = first_runs(evidence)
     specs = hypothesis.specs(starts[0]) if len(starts) else ()
     if rough and evidence.predictor.simulator.rough_needs_body(specs):
         runs, steps = informative_runs(evidence), ROUGH_STEPS

@@ -17,7 +17,7 @@ from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
-from snakebot.diagnosis.fit.trial import ROUGH_STEPS, Trial, run_trial, run_trial_against
+from snakebot.diagnosis.fit.trial import ROUGH_STEPS, Trial, informative_runs, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.acceptance import costs_nothing, excess
 from snakebot.diagnosis.search.candidate import Candidate, start_values
@@ -48,7 +48,9 @@ def explore(
 
     made = in_parallel(partial(candidates, first, library, base), wanted, tell)
     fits = first_looks(first, list(chain.from_iterable(made)), base)
-    fits += _second_looks(evidence, library, base, fits)
+    closer = _second_looks(evidence, library, base, fits)
+    again = {t.hypothesis for t in closer}
+    fits = [*closer, *(t for t in fits if t.hypothesis not in again)]
     reached = [scoring.gain(t.fitted_square, base.fitted_square).mean for t in fits]
     order = np.argsort(reached, kind="stable")[::-1]
     if order.size == 0:
@@ -119,7 +121,14 @@ def _second_looks(evidence: Evidence, library: Library, base: Trial, fits: Seque
             specs = other.specs(starts[0].tolist())
             if simulator.always_needs_body(specs) and not simulator.rough_needs_body(specs):
                 wanted[base.hypothesis.plus(other)] = [np.concatenate([base.theta, s]) for s in starts]
-    look = partial(run_trial, evidence, cross=False, last=bool(base.hypothesis.terms), most_steps=ROUGH_STEPS)
+    look = partial(
+        run_trial,
+        evidence,
+        cross=False,
+        last=bool(base.hypothesis.terms),
+        most_steps=ROUGH_STEPS,
+        fitted_runs=informative_runs(evidence),
+    )
     return in_parallel(lambda h: look(h, wanted[h]), list(wanted))
 
 

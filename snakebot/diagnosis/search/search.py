@@ -79,46 +79,43 @@ def search(
 ) -> SearchResult:
     """Find the explanation of the gap that ``nominal`` leaves; ``quick``: of two effects at most."""
     singles, fits = explore(evidence, library, nominal, lambda text, share: progress(text, 0.4 * share))
-    tried, every_effect = {nominal.hypothesis: fits}, library
+    rounds, every_effect = {nominal.hypothesis: (singles, fits)}, library
     path, best, round_ = [nominal], nominal, singles
     limit, most_terms = 2 if quick else MOST_EFFECTS, MOST_TERMS
     worn: Trial | None = None
-    wear_is_open = pairs_are_open = True
+    wear_is_open = True
 
     def has_room(trial: Trial) -> bool:
         return len(trial.hypothesis.names) < limit and len(trial.hypothesis.terms) < most_terms
 
+    def further(trial: Trial) -> list[Trial]:
+        if trial.hypothesis not in rounds:
+            rounds[trial.hypothesis] = _explored(evidence, library, trial, nominal, progress)
+        return rounds[trial.hypothesis][0]
+
     while True:
         winner = _winner(evidence.scoring, round_, best, nominal) if has_room(best) else None
-        if pairs_are_open and _may_be_worn(evidence.scoring, winner, best, nominal):
-            pairs_are_open = False
-            progress("two effects together", 0.4)
-            so_far = winner or best
-            tried_together = pairs(evidence, nominal, fits, so_far)
-            together = _winner(evidence.scoring, tried_together, so_far, nominal)
-            if together is not None:
-                best = together
-                path.append(best)
-                round_, tried[best.hypothesis] = _explored(evidence, library, best, nominal, progress)
-                continue
         if wear_is_open and _may_be_worn(evidence.scoring, winner, best, nominal):
             wear_is_open = False
             so_far = winner or best
             if winner is not None and has_room(winner) and not is_worn(library, winner.hypothesis):
                 # a fault on most joints may have another beside it, which everyday effects of every joint would hide
-                further, _ = _explored(evidence, library, winner, nominal, progress)
-                so_far = _winner(evidence.scoring, further, winner, nominal) or winner
+                so_far = _winner(evidence.scoring, further(winner), winner, nominal) or winner
+            progress("two effects together", 0.4)
+            together = _winner(evidence.scoring, pairs(evidence, nominal, fits, so_far), so_far, nominal)
+            so_far = together or so_far
             progress("everyday effects on every joint", 0.4)
             evidence, worn = with_wear(evidence, library, nominal, so_far, fits)
             if worn is not None:
-                best = worn
-                path.append(best)
                 library = library.without_everyday()  # all of these were fitted to every joint with a gap
-                round_, tried[best.hypothesis] = _explored(evidence, library, best, nominal, progress)
                 limit, most_terms = (
-                    limit + len(best.hypothesis.names),
-                    most_terms + len(best.hypothesis.terms),
+                    limit + len(worn.hypothesis.names),
+                    most_terms + len(worn.hypothesis.terms),
                 )
+            if worn is not None or together is not None:
+                best = worn or so_far
+                path.append(best)
+                round_ = further(best)
             continue
         if winner is None:
             break
@@ -130,11 +127,8 @@ def search(
             best = _elsewhere(evidence, library, best)
             path[-1] = best
         progress(f"so far: {_in_short(best.hypothesis)}", 0.4)
-        if has_room(best):
-            round_, tried[best.hypothesis] = _explored(evidence, library, best, nominal, progress)
-        else:
-            round_ = []
-    scoring = evidence.scoring
+        round_ = further(best) if has_room(best) else []
+    scoring, tried = evidence.scoring, {hypothesis: seen for hypothesis, (_, seen) in rounds.items()}
     pruned, without = prune(evidence, best)
     best = _plain(evidence, every_effect, pruned)
     untested = not best.hypothesis.terms

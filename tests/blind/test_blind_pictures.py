@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from blind.pictures import draw_reliability, reliability
+from blind.pictures import draw, draw_reliability, reliability
 from blind.scores import accused
 from blind.traces import Trace, draw_traces
 
@@ -60,3 +60,9 @@ def test_what_was_said_stands_beside_what_was_right(tmp_path: Path) -> None:
     assert high.interval[0] < 2 / 3 < high.interval[1]
     assert draw_reliability(p, right, tmp_path).read_bytes().startswith(PNG)
     assert reliability(np.array([]), np.array([])) == []
+
+
+def test_a_set_of_robots_that_have_many_effects_each_has_no_table_of_single_ones(tmp_path: Path) -> None:
+    worn = {"stratum": "worn", "effects": [{"name": "backlash"}, {"name": "servo_lag"}]}
+    assert draw([(worn, _answer("backlash", 0.8))], tmp_path) == [tmp_path / "reliability.png"]
+    assert (tmp_path / "reliability.png").read_bytes().startswith(PNG)

@@ -68,6 +68,9 @@ def draw_reliability(p: np.ndarray, right: np.ndarray, folder: Path) -> Path:
 
 
 def draw(pairs: Sequence[Pair], folder: Path) -> list[Path]:
+    """The pictures of a set; of robots with many effects each there is nothing but the reliability to draw."""
+    if not confusion(pairs)[0]:
+        return [draw_reliability(*probabilities(pairs), folder)]
     plt = pyplot()
 
     made = []

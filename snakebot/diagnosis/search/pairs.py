@@ -25,7 +25,7 @@ from snakebot.diagnosis.search.rounds import held_out, ranked
 SIZES = (0.5, 1.0)  # of an effect as fitted alone: beside another one it is less; chosen
 MOST_SINGLES = 24  # effects that pairs are made of, those that leave least; chosen
 MOST_STARTS = 2  # of a pair, where several sizes of its effects promise something; chosen
-MOST_PAIRS, MOST_HELD = 4, 2  # pairs fitted, and those of them that are cross-validated; chosen
+MOST_PAIRS, MOST_PAIRS_HELD = 4, 2  # pairs fitted, and those of them that are cross-validated; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +66,7 @@ def pairs(evidence: Evidence, nominal: Trial, fits: Sequence[Trial], ahead: Tria
         lambda h: run_trial(evidence, h, chosen[h], cross=False, rough=True, last=False), list(chosen)
     )
     looks.sort(key=lambda t: -t.fitted_score(evidence.scoring))
-    return ranked(evidence.scoring, held_out(evidence, looks[:MOST_HELD], ahead=ahead))
+    return ranked(evidence.scoring, held_out(evidence, looks[:MOST_PAIRS_HELD], ahead=ahead))
 
 
 def _used(evidence: Evidence, nominal: Trial, runs: Sequence[int]) -> list[Bools]:

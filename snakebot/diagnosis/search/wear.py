@@ -33,6 +33,7 @@ from snakebot.diagnosis.search.acceptance import (
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import kinds
 from snakebot.diagnosis.search.library import Library
+from snakebot.diagnosis.search.rounds import ranked
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
 
@@ -106,8 +107,8 @@ def with_wear(
         if with_fault is not None and with_fault.leaves_less_than(whole):
             candidate = with_fault.reduced().added_to(fault.hypothesis, fault.theta)
             beside.append(_accepted(evidence, nominal, best, candidate))
-    found = [trial for trial in beside if trial is not None]
-    return evidence, max(found, key=lambda t: t.score(evidence.scoring), default=alone)
+    found = ranked(evidence.scoring, [trial for trial in beside if trial is not None])
+    return evidence, found[0] if found else alone
 
 
 def _faults(

@@ -19,7 +19,7 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import ROUGH_STEPS, Trial, informative_runs, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
-from snakebot.diagnosis.search.acceptance import costs_nothing, excess
+from snakebot.diagnosis.search.acceptance import costs_nothing, excess, gains, lead
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import candidates, kinds
 from snakebot.diagnosis.search.library import Library
@@ -49,8 +49,8 @@ def explore(
     made = in_parallel(partial(candidates, first, library, base), wanted, tell)
     fits = first_looks(first, list(chain.from_iterable(made)), base)
     closer = _second_looks(evidence, library, base, fits)
-    again = {t.hypothesis for t in closer}
-    fits = [*closer, *(t for t in fits if t.hypothesis not in again)]
+    taken_for = {look.hypothesis: fit.hypothesis for look, fit in closer}
+    fits = [*(look for look, _ in closer), *(t for t in fits if t.hypothesis not in taken_for)]
     reached = [scoring.gain(t.fitted_square, base.fitted_square).mean for t in fits]
     order = np.argsort(reached, kind="stable")[::-1]
     if order.size == 0:
@@ -64,6 +64,14 @@ def explore(
     trials = ranked(scoring, held_out(evidence, chosen, base))
     if trials:
         trials = ranked(scoring, [*trials, *_widened(evidence, chosen, trials[0])])
+    held = {t.hypothesis: t for t in trials}
+
+    def says_more(trial: Trial) -> bool:
+        """Whether it gains as much as a further effect must over what it is taken for."""
+        other = held.get(taken_for.get(trial.hypothesis, trial.hypothesis), trial)
+        return other is trial or gains(lead(scoring, trial, other))
+
+    trials = [t for t in trials if says_more(t)]
     progress("", 1.0)
     return trials, fits
 
@@ -96,10 +104,12 @@ def first_looks(evidence: Evidence, made: Sequence[Candidate], base: Trial | Non
     return in_parallel(lambda c: look(c.hypothesis, c.starts), promised)
 
 
-def _second_looks(evidence: Evidence, library: Library, base: Trial, fits: Sequence[Trial]) -> list[Trial]:
-    """Closer looks at what the likeliest fits may be taken for, where these say that a joint goes where the rest of the
-    body takes it: a joint that is slow under load was looked at under the torques of the measured motion, and those are
-    not the ones that it would have borne.
+def _second_looks(
+    evidence: Evidence, library: Library, base: Trial, fits: Sequence[Trial]
+) -> list[tuple[Trial, Trial]]:
+    """Closer looks at what the likeliest fits may be taken for, each with that fit, where these say that a joint goes
+    where the rest of the body takes it: a joint that is slow under load was looked at under the torques of the measured
+    motion, and those are not the ones that it would have borne.
     """
     scoring, simulator = evidence.scoring, evidence.predictor.simulator
 
@@ -107,7 +117,7 @@ def _second_looks(evidence: Evidence, library: Library, base: Trial, fits: Seque
         return excess(scoring, replace(fit, held_square=fit.fitted_square), scoring.of_angles)
 
     likeliest = [max(fits, key=lambda t: t.fitted_score(scoring)), min(fits, key=left)] if fits else []
-    wanted: dict[Hypothesis, list[Floats]] = {}
+    wanted: dict[Hypothesis, tuple[Trial, list[Floats]]] = {}
     for fit in likeliest:
         term, values = fit.hypothesis.terms[-1], fit.hypothesis.split(fit.theta)[-1]
         if not simulator.rough_needs_body(term.specs(values.tolist())):
@@ -120,7 +130,8 @@ def _second_looks(evidence: Evidence, library: Library, base: Trial, fits: Seque
             starts = [start_values(other, start) for start in effect.starts(library.observed, at)]
             specs = other.specs(starts[0].tolist())
             if simulator.always_needs_body(specs) and not simulator.rough_needs_body(specs):
-                wanted[base.hypothesis.plus(other)] = [np.concatenate([base.theta, s]) for s in starts]
+                begin = [np.concatenate([base.theta, start]) for start in starts]
+                wanted[base.hypothesis.plus(other)] = fit, begin
     look = partial(
         run_trial,
         evidence,
@@ -129,7 +140,8 @@ def _second_looks(evidence: Evidence, library: Library, base: Trial, fits: Seque
         most_steps=ROUGH_STEPS,
         fitted_runs=informative_runs(evidence),
     )
-    return in_parallel(lambda h: look(h, wanted[h]), list(wanted))
+    looks = in_parallel(lambda h: look(h, wanted[h][1]), list(wanted))
+    return [(trial, wanted[trial.hypothesis][0]) for trial in looks]
 
 
 def held_out(

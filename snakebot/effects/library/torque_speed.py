@@ -80,7 +80,7 @@ class TorqueSpeed(Effect):
         speed, stall = self.parameters
         return [
             {"no_load_rad_s": speed.clip(share * peak), "stall_nm": stall.clip(loads * load)}
-            for share, loads in ((0.9, 2.5), (1.3, 2.5), (2.5, 1.4), (4.0, 0.7))
+            for share, loads in ((0.9, 2.5), (1.3, 2.5), (2.5, 1.4))
         ]
 
     def plainer(self, values: Mapping[str, float], load_nm: float) -> tuple[str, Start] | None:

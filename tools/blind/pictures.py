@@ -69,7 +69,8 @@ def draw_reliability(p: np.ndarray, right: np.ndarray, folder: Path) -> Path:
 
 def draw(pairs: Sequence[Pair], folder: Path) -> list[Path]:
     """The pictures of a set; of robots with many effects each there is nothing but the reliability to draw."""
-    if not confusion(pairs)[0]:
+    truths, said, table = confusion(pairs)
+    if not truths:
         return [draw_reliability(*probabilities(pairs), folder)]
     plt = pyplot()
 
@@ -81,7 +82,6 @@ def draw(pairs: Sequence[Pair], folder: Path) -> list[Path]:
         plt.close()
         made.append(path)
 
-    truths, said, table = confusion(pairs)
     plt.figure(figsize=(0.32 * len(said) + 3, 0.26 * len(truths) + 2))
     plt.imshow(
         table / np.maximum(table.sum(axis=1, keepdims=True), 1), cmap="Blues", vmin=0, vmax=1, aspect="auto"

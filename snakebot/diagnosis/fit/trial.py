@@ -131,11 +131,9 @@ def run_trial(
 
     ``rough``: a first look, with loads of the measured motion, no interval; where the whole body must be simulated
     even so, with two runs, and all terms but the last as they start. ``last``: these so in any case, or in none.
-    ``fitted_runs``: unless it is a first look, those that are fitted; all that may be, if None.
+    ``fitted_runs``: those that are fitted, if others than these.
     """
-    runs, steps = evidence.split.free if fitted_runs is None else fitted_runs, most_steps
-    if rough:
-        runs = first_runs(evidence)
+    runs, steps = first_runs(evidence) if rough else evidence.split.free, most_steps
     specs = hypothesis.specs(starts[0]) if len(starts) else ()
     if rough and evidence.predictor.simulator.rough_needs_body(specs):
         runs, steps = informative_runs(evidence), ROUGH_STEPS
@@ -147,8 +145,9 @@ def run_trial(
     count = len(hypothesis.parameters)
     only = np.arange(count) >= count - len(hypothesis.terms[-1].open) if last else None
     keep = hypothesis.followed
+    used = runs if fitted_runs is None else fitted_runs
     theta, covariance, _ = fit_runs(
-        evidence, hypothesis, starts, runs, steps, keep, covariance=not rough, rough=rough, only=only
+        evidence, hypothesis, starts, used, steps, keep, covariance=not rough, rough=rough, only=only
     )
     fold_theta = [theta] * len(evidence.split.folds)
     if cross and theta.size:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from snakebot.arrays import Bools
@@ -114,6 +116,11 @@ def closed_enough(scoring: Scoring, trial: Trial, nominal: Trial) -> bool:
             (gap.ground_significant, scoring.of_ground),
         )
     )
+
+
+def excess_as_fitted(scoring: Scoring, trial: Trial, side: Bools) -> float:
+    """``excess`` of the fit, nothing held out."""
+    return excess(scoring, replace(trial, held_square=trial.fitted_square), side)
 
 
 def excess(scoring: Scoring, trial: Trial, side: Bools) -> float:

@@ -31,6 +31,13 @@ def start_values(term: Term, start: Start) -> Floats:
     return np.array([_number(start.get(p.name, p.typical)) for p in term.open_of_one])
 
 
+def scaled(term: Term, start: Floats, factor: float) -> Floats:
+    """(p,) parameters of a term, the first of them at so much of its distance from neutral, within their bounds."""
+    first = term.open[0].neutral
+    moved = [first + (float(start[0]) - first) * factor, *start[1:].tolist()]
+    return np.array([p.clip(v) for p, v in zip(term.open, moved, strict=True)])
+
+
 def _number(value: float | tuple[float, ...]) -> float:
     assert not isinstance(value, tuple)
     return float(value)

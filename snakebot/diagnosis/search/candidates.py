@@ -16,7 +16,7 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
 from snakebot.diagnosis.fit.trial import Trial, each_joint
-from snakebot.diagnosis.search.candidate import Candidate, added, start_values
+from snakebot.diagnosis.search.candidate import Candidate, added, scaled, start_values
 from snakebot.diagnosis.search.ground_candidates import ground_candidates
 from snakebot.diagnosis.search.library import Library
 from snakebot.effects.effect import Effect
@@ -61,17 +61,9 @@ def candidates(evidence: Evidence, library: Library, base: Trial, effect: Effect
 
 def _spread(term: Term, starts: Sequence[Floats]) -> list[Floats]:
     """More starts about the given ones: a flat stretch on one side must not catch the search."""
-    out = []
-    for start, factor in product(starts, START_FACTORS):
-        if not term.open:
-            return [np.zeros(0)]
-        moved = start.copy()
-        if factor != 1.0:
-            neutral = term.open[0].neutral
-            moved[0] = neutral + (moved[0] - neutral) * factor
-        moved = np.array([p.clip(float(v)) for p, v in zip(term.open, moved, strict=True)])
-        out.append(moved)
-    return out
+    if not term.open:
+        return [np.zeros(0)] if starts else []
+    return [scaled(term, start, factor) for start, factor in product(starts, START_FACTORS)]
 
 
 def _per_joint(evidence: Evidence, library: Library, base: Trial, effect: Effect) -> list[Candidate]:

@@ -13,16 +13,18 @@ from itertools import combinations
 
 import numpy as np
 
-from snakebot.arrays import Bools, Floats
+from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.fit.fit_runs import StackedAngles
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, first_runs, run_trial
 from snakebot.diagnosis.search.acceptance import LEAST_FALL
+from snakebot.diagnosis.search.candidate import Candidate, scaled
 from snakebot.diagnosis.search.rounds import held_out, ranked
 
-SIZES = (0.5, 1.0)  # of an effect as fitted alone: beside another one it is less; chosen
+LESS = 0.5  # of an effect as fitted alone, which it may be beside another one; chosen
 MOST_SINGLES = 24  # effects that pairs are made of, those that leave least; chosen
 MOST_STARTS = 2  # of a pair, where several sizes of its effects promise something; chosen
 MOST_PAIRS, MOST_PAIRS_HELD = 4, 2  # pairs fitted, and those of them that are cross-validated; chosen
@@ -47,64 +49,42 @@ def pairs(evidence: Evidence, nominal: Trial, fits: Sequence[Trial], ahead: Tria
     """
     alone = [t for t in fits if t.theta.size and t.hypothesis.terms[0].stage != "body"]
     alone.sort(key=lambda t: -t.fitted_score(evidence.scoring))
-    runs = first_runs(evidence)
-    used = _used(evidence, nominal, runs)
-    left = _stacked([evidence.data.runs[i].measured_rad - nominal.readings[i] for i in runs], used)
+    runs, with_gap = first_runs(evidence), gap_of(evidence.scoring, nominal.held_square).significant
+    stacked = StackedAngles.of(evidence.angles, np.flatnonzero(with_gap).tolist(), runs, None)
+    nothing = stacked.residual([nominal.readings[i] for i in runs])
+
+    def mark(trial: Trial, theta: Floats, readings: Sequence[Floats]) -> _Mark:
+        change = nothing - stacked.residual(readings)
+        return _Mark(trial.hypothesis.terms[0], theta, np.nan_to_num(change[stacked.use]))
 
     def marks_of(trial: Trial) -> list[_Mark]:
-        found = []
-        for size in SIZES:
-            theta = _at_size(trial.hypothesis.terms[0], trial.theta, size)
-            made = evidence.predictor.readings(trial.hypothesis.specs(theta), runs, rough=True)
-            change = [new - nominal.readings[i] for i, new in zip(runs, made, strict=True)]
-            found.append(_Mark(trial.hypothesis.terms[0], theta, _stacked(change, used)))
-        return found
+        theta = scaled(trial.hypothesis.terms[0], trial.theta, LESS)
+        made = evidence.predictor.readings(trial.hypothesis.specs(theta), runs, rough=True)
+        return [mark(trial, theta, made), mark(trial, trial.theta, [trial.readings[i] for i in runs])]
 
     marks = [mark for some in in_parallel(marks_of, alone[:MOST_SINGLES]) for mark in some]
-    chosen = _most_promising(marks, left)
     looks = in_parallel(
-        lambda h: run_trial(evidence, h, chosen[h], cross=False, rough=True, last=False), list(chosen)
+        lambda c: run_trial(evidence, c.hypothesis, c.starts, cross=False, rough=True, last=False),
+        _most_promising(marks, np.nan_to_num(nothing[stacked.use])),
     )
     looks.sort(key=lambda t: -t.fitted_score(evidence.scoring))
     return ranked(evidence.scoring, held_out(evidence, looks[:MOST_PAIRS_HELD], ahead=ahead))
 
 
-def _used(evidence: Evidence, nominal: Trial, runs: Sequence[int]) -> list[Bools]:
-    """Per run (N, k) the readings that are compared, on joints with a gap."""
-    with_gap = gap_of(evidence.scoring, nominal.held_square).significant
-    return [
-        evidence.data.runs[i].use
-        & with_gap
-        & np.isfinite(evidence.data.runs[i].measured_rad - nominal.readings[i])
-        for i in runs
-    ]
-
-
-def _stacked(parts: Sequence[Floats], used: Sequence[Bools]) -> Floats:
-    """(N,) the used readings of all runs; what is not predicted is no change."""
-    return np.concatenate([np.nan_to_num(part[mine]) for part, mine in zip(parts, used, strict=True)])
-
-
-def _at_size(term: Term, theta: Floats, size: float) -> Floats:
-    """(p,) the parameters of a single effect, the first of them at a share of its distance from neutral."""
-    first = term.open[0]
-    return np.array([first.clip(first.neutral + size * (float(theta[0]) - first.neutral)), *theta[1:]])
-
-
-def _most_promising(marks: Sequence[_Mark], left: Floats) -> dict[Hypothesis, list[Floats]]:
+def _most_promising(marks: Sequence[_Mark], left: Floats) -> list[Candidate]:
     """The pairs whose changes together come nearest to what is ``left`` (N,), and where to start them.
 
     Both are scaled as least squares has it; a pair does not promise anything where one of them is to act backwards,
     or where one alone does nearly as well.
     """
     if not marks:
-        return {}
+        return []
     change = np.stack([mark.change for mark in marks])
     gram, along = change @ change.T, change @ left
     power = np.maximum(np.diag(gram), np.finfo(float).tiny)
     whole = float(left @ left)
     least = whole - float(np.max(np.square(np.maximum(along, 0.0)) / power))
-    found: dict[Hypothesis, list[tuple[float, Floats]]] = {}
+    promised: list[tuple[float, Hypothesis, Floats]] = []
     for i, j in combinations(range(len(marks)), 2):
         one, other = marks[i], marks[j]
         if one.term.effect == other.term.effect or _apart(one.term, other.term):
@@ -115,17 +95,14 @@ def _most_promising(marks: Sequence[_Mark], left: Floats) -> dict[Hypothesis, li
         share = np.linalg.solve(block, along[[i, j]])
         rest = whole - float(share @ along[[i, j]])
         if (share > 0).all() and rest < (1 - LEAST_FALL) * least:
-            together = Hypothesis((one.term, other.term))
-            start = [_at_size(m.term, m.theta, float(s)) for m, s in zip((one, other), share, strict=True)]
-            found.setdefault(together, []).append((rest, np.concatenate(start)))
-    best = sorted(found, key=lambda h: min(rest for rest, _ in found[h]))
-    by_name: dict[frozenset[str], Hypothesis] = {}
-    for hypothesis in best:
-        by_name.setdefault(frozenset(hypothesis.names), hypothesis)
-    return {
-        h: [theta for _, theta in sorted(found[h], key=lambda row: row[0])[:MOST_STARTS]]
-        for h in list(by_name.values())[:MOST_PAIRS]
-    }
+            begin = [scaled(m.term, m.theta, float(f)) for m, f in zip((one, other), share, strict=True)]
+            promised.append((rest, Hypothesis((one.term, other.term)), np.concatenate(begin)))
+    of_names: dict[frozenset[str], Candidate] = {}
+    for _, hypothesis, start in sorted(promised, key=lambda row: row[0]):
+        candidate = of_names.setdefault(frozenset(hypothesis.names), Candidate(hypothesis, []))
+        if candidate.hypothesis == hypothesis and len(candidate.starts) < MOST_STARTS:
+            candidate.starts.append(start)
+    return list(of_names.values())[:MOST_PAIRS]
 
 
 def _apart(one: Term, other: Term) -> bool:

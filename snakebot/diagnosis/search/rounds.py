@@ -9,7 +9,6 @@ from itertools import chain
 
 import numpy as np
 
-from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
@@ -19,8 +18,8 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import ROUGH_STEPS, Trial, informative_runs, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
-from snakebot.diagnosis.search.acceptance import costs_nothing, excess, gains, lead
-from snakebot.diagnosis.search.candidate import Candidate, start_values
+from snakebot.diagnosis.search.acceptance import costs_nothing, excess_as_fitted, gains, lead
+from snakebot.diagnosis.search.candidate import Candidate, added, start_values
 from snakebot.diagnosis.search.candidates import candidates, kinds
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.outlook import promising
@@ -65,13 +64,9 @@ def explore(
     if trials:
         trials = ranked(scoring, [*trials, *_widened(evidence, chosen, trials[0])])
     held = {t.hypothesis: t for t in trials}
-
-    def says_more(trial: Trial) -> bool:
-        """Whether it gains as much as a further effect must over what it is taken for."""
-        other = held.get(taken_for.get(trial.hypothesis, trial.hypothesis), trial)
-        return other is trial or gains(lead(scoring, trial, other))
-
-    trials = [t for t in trials if says_more(t)]
+    both_held = ((look, fit) for look, fit in taken_for.items() if look in held and fit in held)
+    says_no_more = {look for look, fit in both_held if not gains(lead(scoring, held[look], held[fit]))}
+    trials = [t for t in trials if t.hypothesis not in says_no_more]
     progress("", 1.0)
     return trials, fits
 
@@ -111,14 +106,13 @@ def _second_looks(
     where the rest of the body takes it: a joint that is slow under load was looked at under the torques of the measured
     motion, and those are not the ones that it would have borne.
     """
+    if not fits:
+        return []
     scoring, simulator = evidence.scoring, evidence.predictor.simulator
-
-    def left(fit: Trial) -> float:
-        return excess(scoring, replace(fit, held_square=fit.fitted_square), scoring.of_angles)
-
-    likeliest = [max(fits, key=lambda t: t.fitted_score(scoring)), min(fits, key=left)] if fits else []
-    wanted: dict[Hypothesis, tuple[Trial, list[Floats]]] = {}
-    for fit in likeliest:
+    first = max(fits, key=lambda t: t.fitted_score(scoring))
+    nearest = min(fits, key=lambda t: excess_as_fitted(scoring, t, scoring.of_angles))
+    wanted: dict[Hypothesis, tuple[Candidate, Trial]] = {}
+    for fit in (first, nearest):
         term, values = fit.hypothesis.terms[-1], fit.hypothesis.split(fit.theta)[-1]
         if not simulator.rough_needs_body(term.specs(values.tolist())):
             continue
@@ -130,8 +124,8 @@ def _second_looks(
             starts = [start_values(other, start) for start in effect.starts(library.observed, at)]
             specs = other.specs(starts[0].tolist())
             if simulator.always_needs_body(specs) and not simulator.rough_needs_body(specs):
-                begin = [np.concatenate([base.theta, start]) for start in starts]
-                wanted[base.hypothesis.plus(other)] = fit, begin
+                candidate = added(base, other, starts)
+                wanted[candidate.hypothesis] = candidate, fit
     look = partial(
         run_trial,
         evidence,
@@ -140,8 +134,9 @@ def _second_looks(
         most_steps=ROUGH_STEPS,
         fitted_runs=informative_runs(evidence),
     )
-    looks = in_parallel(lambda h: look(h, wanted[h][1]), list(wanted))
-    return [(trial, wanted[trial.hypothesis][0]) for trial in looks]
+    return in_parallel(
+        lambda pair: (look(pair[0].hypothesis, pair[0].starts), pair[1]), list(wanted.values())
+    )
 
 
 def held_out(

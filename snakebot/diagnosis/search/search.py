@@ -19,7 +19,14 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
-from snakebot.diagnosis.search.acceptance import accepted, as_good, closed_enough, closes_more, excess
+from snakebot.diagnosis.search.acceptance import (
+    accepted,
+    as_good,
+    closed_enough,
+    closes_more,
+    excess,
+    excess_as_fitted,
+)
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import elsewhere, kinds
 from snakebot.diagnosis.search.library import Library
@@ -275,10 +282,9 @@ def only_fitted(scoring: Scoring, nominal: Trial, singles: Sequence[Trial]) -> T
     sides = [scoring.of_angles] * bool(gap.significant.any()) + [scoring.of_ground] * gap.ground_significant
 
     def whole_and_harmless(trial: Trial) -> bool:
-        fitted = replace(trial, held_square=trial.fitted_square)
         gaps = [(excess(scoring, nominal, side), side) for side in sides]
         return all(
-            excess(scoring, fitted, side) < LEAST_LEFT * there
+            excess_as_fitted(scoring, trial, side) < LEAST_LEFT * there
             and excess(scoring, trial, side) < (1 + LEAST_LEFT) * there
             for there, side in gaps
         )

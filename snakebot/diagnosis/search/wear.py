@@ -29,6 +29,7 @@ from snakebot.diagnosis.search.acceptance import (
     accepted,
     closes_more,
     excess,
+    excess_as_fitted,
 )
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import kinds
@@ -122,7 +123,7 @@ def _faults(
     everyday = _everyday_terms(library)
     gap_square = excess(scoring, nominal, scoring.of_angles)
     left = {
-        trial: excess(scoring, replace(trial, held_square=trial.fitted_square), scoring.of_angles)
+        trial: excess_as_fitted(scoring, trial, scoring.of_angles)
         for trial in fits
         if _all_but(everyday, trial.hypothesis)
     }

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from snakebot.errors import BadInputError, NoBoardError
 from snakebot.robot import JointServo, Robot
 from snakebot.servobus.dynamixel import Dynamixel
-from snakebot.servobus.master import BusMaster
+from snakebot.servobus.master import LATENCY_S, BusMaster
 from snakebot.servobus.models import model_by_number, model_named
 from snakebot.servobus.packets import Dialect
 from snakebot.servobus.registers import ServoModel
 
 SCAN_IDS = range(1, 21)  # ids that are asked where no ids are given; chosen
-_QUICK_TRIES = 1  # of a ping where a servo need not be there
+_QUICK_TRIES = 1  # of a ping where nobody need be there
+_AGAIN_TRIES = 2  # of one to a silent id where somebody answers
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,14 +94,19 @@ def identify(master: BusMaster, servo: int, tries: int = 3) -> Identity | None:
 
 
 def look_around(master: BusMaster, ids: Sequence[int] = SCAN_IDS) -> list[Identity]:
-    """Everybody who answers at one of these ids; each is asked once."""
-    found = []
-    for servo in ids:
-        if master.ping(servo, _QUICK_TRIES) is not None:
-            who = identify(master, servo)
-            if who is not None:
-                found.append(who)
-    return found
+    """Everybody who answers at one of these ids, in their order.
+
+    Each is asked once. Where somebody answers, the silent ones are asked again, and waited for longer: one lost or
+    late answer hides nobody.
+    """
+    there = {servo for servo in ids if master.ping(servo, _QUICK_TRIES) is not None}
+    if there:
+        master.latency_s = max(master.latency_s, LATENCY_S)
+        there |= {
+            servo for servo in ids if servo not in there and master.ping(servo, _AGAIN_TRIES) is not None
+        }
+    asked = (identify(master, servo) for servo in ids if servo in there)
+    return [who for who in asked if who is not None]
 
 
 def wanted_servos(robot: Robot, ids: Sequence[int]) -> tuple[JointServo, ...]:

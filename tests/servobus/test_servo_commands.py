@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import math
 import re
@@ -23,7 +24,7 @@ from snakebot.robot import load_robot
 from snakebot.runlog import read_log
 from snakebot.servobus.calibration import check_limp, direction
 from snakebot.servobus.emulated.end import ServoBusEnd
-from snakebot.servobus.joints import roll_call, wanted_servos
+from snakebot.servobus.joints import look_around, roll_call, wanted_servos
 from snakebot.servobus.opening import torque_off
 
 SNAKE = "sts3215_snake"
@@ -179,6 +180,16 @@ def test_doctor_tells_twins_by_where_they_stand(model: str) -> None:
     healthy = master_of(MemoryLine(emulated(model), VirtualClock()))
     found = _ids(healthy, wanted_servos(bench(), ()), [1, 2, 3, 4, 5])
     assert [each.found for each in found] == ["each answers, nobody twice"]
+
+
+@pytest.mark.parametrize("model", ["sts3215", "xl330"])
+@pytest.mark.parametrize("lost", [0, 1, 4])
+def test_a_scan_misses_nobody_for_one_lost_answer(model: str, lost: int) -> None:
+    bus = emulated(model)
+    said = itertools.count()
+    bus.to_host = lambda packets: b"" if packets and next(said) == lost else b"".join(packets)
+    found = look_around(master_of(MemoryLine(bus, VirtualClock())))
+    assert [each.id for each in found] == [1, 2, 3, 4, 5]
 
 
 def test_probe_finds_servos_on_a_port_that_is_known(sts: ServoBusEnd) -> None:

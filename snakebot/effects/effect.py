@@ -26,6 +26,13 @@ Start = dict[str, float | tuple[float, ...]]
 Moment = Literal["mean", "scatter"]
 
 
+class Usual(NamedTuple):
+    """What servos usually bear and how fast joints usually turn: root mean squares; 0 where that is not known."""
+
+    load_nm: float
+    rate_rad_s: float
+
+
 class Setting(NamedTuple):
     """An effect as the data show it directly: 1-based joints, and the values of its parameters."""
 
@@ -205,13 +212,13 @@ class Effect:
         """Whether a diagnosis of these data should try it, where the robot can show it at all."""
         return True
 
-    def plainer(self, values: Mapping[str, float], load_nm: float) -> tuple[str, Start] | None:
+    def plainer(self, values: Mapping[str, float], usual: Usual) -> tuple[str, Start] | None:
         """The plainer effect that this one, with these values, is just another word for, and where to start its fit;
         or None.
 
         Args:
             values: of its parameters, fitted or known.
-            load_nm: root mean square of the torque on the servos; 0 where it is not known.
+            usual: load and speed of the robot's joints in these data.
         """
         return None
 

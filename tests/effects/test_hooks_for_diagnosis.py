@@ -10,6 +10,7 @@ import pytest
 
 import snakebot
 from snakebot.effects import Observed, Plant, effects, find_effect, parse_effect
+from snakebot.effects.effect import Usual
 from snakebot.robot import Robot, load_robot
 from snakebot.runlog import Run
 
@@ -73,9 +74,9 @@ def test_a_free_joint_needs_a_body_to_say_how_it_swings() -> None:
 
 def test_a_torque_limit_that_holds_nothing_is_a_free_joint() -> None:
     limit = find_effect("torque_limit")
-    assert limit.plainer({"limit_nm": 0.01}, 1.0) == ("joint_free", {})
-    assert limit.plainer({"limit_nm": 0.5}, 1.0) is None
-    assert limit.plainer({"limit_nm": 0.01}, 0.0) is None  # no load is known
+    assert limit.plainer({"limit_nm": 0.01}, Usual(1.0, 1.0)) == ("joint_free", {})
+    assert limit.plainer({"limit_nm": 0.5}, Usual(1.0, 1.0)) is None
+    assert limit.plainer({"limit_nm": 0.01}, Usual(0.0, 1.0)) is None  # no load is known
 
 
 def test_friction_is_off_in_one_coefficient_or_in_all_and_a_payload_sits_on_a_link() -> None:
@@ -120,12 +121,26 @@ def test_a_board_runs_on_the_clock_of_its_effects(ppm: float) -> None:
 def test_an_effect_without_what_makes_it_special_is_a_plainer_one(
     effect: str, values: dict[str, float], plain: str, start: dict[str, float]
 ) -> None:
-    assert find_effect(effect).plainer(values, 1.0) == (plain, start)
+    usual = Usual(load_nm=1.0, rate_rad_s=1.0)
+    assert find_effect(effect).plainer(values, usual) == (plain, start)
     special = {"joint_friction": "coulomb_nm", "voltage_sag": "drop_per_s", "torque_speed": "stall_nm"}[
         effect
     ]
-    assert find_effect(effect).plainer({**values, special: 0.5}, 1.0) is None
+    assert find_effect(effect).plainer({**values, special: 0.5}, usual) is None
+
+
+def test_a_motor_that_hardly_turns_beside_what_it_could_has_a_limit_of_torque() -> None:
+    motor, usual = find_effect("torque_speed"), Usual(load_nm=1.0, rate_rad_s=1.0)
+    assert motor.plainer({"no_load_rad_s": 25.0, "stall_nm": 1.5}, usual) == (
+        "torque_limit",
+        {"limit_nm": 1.5},
+    )
+    assert motor.plainer({"no_load_rad_s": 10.0, "stall_nm": 1.5}, usual) is None
+    assert (
+        motor.plainer({"no_load_rad_s": 25.0, "stall_nm": 1.5}, Usual(1.0, 0.0)) is None
+    )  # no speed is known
 
 
 def test_where_no_load_is_known_nothing_is_said_of_what_a_load_does() -> None:
-    assert find_effect("torque_speed").plainer({"no_load_rad_s": 2.0, "stall_nm": 500.0}, 0.0) is None
+    motor = find_effect("torque_speed")
+    assert motor.plainer({"no_load_rad_s": 2.0, "stall_nm": 500.0}, Usual(0.0, 1.0)) is None

@@ -92,6 +92,15 @@ def as_good(scoring: Scoring, plainer: Trial, best: Trial) -> bool:
     return costs_nothing(lost) and not any(gains(loss) for loss in on_each)
 
 
+def closes_nearly_as_much(scoring: Scoring, plainer: Trial, best: Trial, nominal: Trial) -> bool:
+    """Whether what is said more plainly loses no score, or leaves little more of the whole gap."""
+    return as_good(scoring, plainer, best) or all(
+        excess(scoring, plainer, side) - excess(scoring, best, side)
+        <= LEAST_FALL * excess(scoring, nominal, side)
+        for side in (scoring.of_angles, scoring.of_ground)
+    )
+
+
 def costs_nothing(loss: MeanDifference) -> bool:
     """Whether a loss is within a standard error, or next to nothing."""
     return loss.mean < max(loss.se, NO_LOSS)

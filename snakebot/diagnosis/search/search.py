@@ -7,7 +7,7 @@ errors and large enough to matter, and is taken out again when the explanation d
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -21,20 +21,19 @@ from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.acceptance import (
     accepted,
-    as_good,
     closed_enough,
     closes_more,
     excess,
     excess_as_fitted,
 )
-from snakebot.diagnosis.search.candidate import Candidate, start_values
-from snakebot.diagnosis.search.candidates import elsewhere, kinds
+from snakebot.diagnosis.search.candidate import Candidate
+from snakebot.diagnosis.search.candidates import elsewhere
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.pairs import pairs
+from snakebot.diagnosis.search.plainly import said_plainly
 from snakebot.diagnosis.search.rivals import rivals
-from snakebot.diagnosis.search.rounds import MANY_TERMS, explore, first_looks, held_out, ranked
+from snakebot.diagnosis.search.rounds import explore, first_looks, held_out, ranked
 from snakebot.diagnosis.search.wear import is_worn, with_wear
-from snakebot.effects.registry import find_effect
 from snakebot.in_words import listed
 
 MOST_EFFECTS = 3  # different effects in an explanation; chosen
@@ -137,7 +136,11 @@ def search(
         round_ = further(best) if has_room(best) else []
     scoring, tried = evidence.scoring, {hypothesis: seen for hypothesis, (_, seen) in rounds.items()}
     pruned, without = prune(evidence, best)
-    best = _plain(evidence, every_effect, pruned)
+    best = said_plainly(evidence, every_effect, nominal, pruned)
+    if best is not pruned:
+        best, without = prune(
+            evidence, best
+        )  # what stood beside the other word may say nothing beside this one
     untested = not best.hypothesis.terms
     predicted = best
     if untested:
@@ -153,11 +156,9 @@ def search(
         best,
         predicted,
         singles=tuple(singles),
-        rivals=rivals(
-            evidence, every_effect, best, singles, tried, fits, without if best is pruned else (), progress
-        ),
+        rivals=rivals(evidence, every_effect, best, singles, tried, fits, without, progress),
         path=tuple(path),
-        without=without if best is pruned else (),
+        without=without,
         fits=(nominal, *fits),
         untested=untested,
     )
@@ -295,63 +296,3 @@ def only_fitted(scoring: Scoring, nominal: Trial, singles: Sequence[Trial]) -> T
         key=lambda t: (t.theta.size, -t.fitted_score(scoring)),
         default=nominal,
     )
-
-
-def _shared(evidence: Evidence, best: Trial) -> Trial:
-    """With one value for all joints of an effect, where values of their own gain nothing.
-
-    Joints that differ in many effects are not alike in one of them: there nothing would be said more plainly.
-    """
-    if len(best.hypothesis.terms) > MANY_TERMS:
-        return best
-    for term in best.hypothesis.terms:
-        if not term.own:
-            continue
-        parts = list(zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True))
-        alike = [
-            (replace(t, own=False), np.median(v.reshape(len(t.alike), -1), axis=0)) if t == term else (t, v)
-            for t, v in parts
-        ]
-        plain = run_trial_against(
-            evidence, best, Hypothesis(tuple(t for t, _ in alike)), [np.concatenate([v for _, v in alike])]
-        )
-        if as_good(evidence.scoring, plain, best):
-            best = plain
-    return best
-
-
-def _plain(evidence: Evidence, library: Library, best: Trial) -> Trial:
-    """The same said more plainly: of all joints where that does as well, and by the plainer effect that it comes to."""
-    best = _shared(evidence, best)
-    for term in best.hypothesis.terms:
-        if term.joints is None or len(term.joints) < 2 or not term.open or term.own:
-            continue
-        parts = zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True)
-        kept = [(t, values) for t, values in parts if t == term or t.effect != term.effect]
-        wide = Hypothesis(tuple(replace(t, joints=None) if t == term else t for t, _ in kept))
-        wider = run_trial_against(evidence, best, wide, [np.concatenate([values for _, values in kept])])
-        if as_good(evidence.scoring, wider, best):
-            best = wider
-    return by_plainer_effects(evidence, library, best)
-
-
-def by_plainer_effects(evidence: Evidence, library: Library, best: Trial) -> Trial:
-    """With the plainer effect in the place of one that comes to it, where that does as well."""
-    usable = {effect.name: effect for effect in library.effects}
-    simulator = evidence.predictor.simulator
-    loads = [load for load in map(simulator.load, evidence.split.free) if load is not None]
-    load_nm = float(np.sqrt(np.mean([np.mean(np.square(load)) for load in loads]))) if loads else 0.0
-    for term in best.hypothesis.terms:
-        index = best.hypothesis.terms.index(term)
-        fitted = best.hypothesis.split(best.theta)[index].tolist()
-        values = {**dict(term.fixed), **dict(zip((p.name for p in term.open), fitted, strict=True))}
-        found = None if term.own else find_effect(term.effect).plainer(values, load_nm)
-        if found is None or found[0] not in usable or found[0] in best.hypothesis.names:
-            continue
-        name, start = found
-        other = replace(term, effect=name, fixed=kinds(library, usable[name])[0])
-        theta = np.concatenate([best.hypothesis.rest(best.theta, index), start_values(other, start)])
-        plainer = run_trial_against(evidence, best, best.hypothesis.without(index).plus(other), [theta])
-        if as_good(evidence.scoring, plainer, best):
-            best = plainer
-    return best

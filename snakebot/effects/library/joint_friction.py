@@ -12,7 +12,7 @@ from snakebot.physics import servo_layout as layout
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from snakebot.effects.effect import Start
+    from snakebot.effects.effect import Start, Usual
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -94,9 +94,9 @@ class JointFriction(Effect):
             {"coulomb_nm": friction.clip(0.1 * load), "stiffness_nm_rad": stiff},
         ]
 
-    def plainer(self, values: Mapping[str, float], load_nm: float) -> tuple[str, Start] | None:
+    def plainer(self, values: Mapping[str, float], usual: Usual) -> tuple[str, Start] | None:
         """Without friction the loop sags, and that is all."""
-        if values["coulomb_nm"] > NO_FRICTION * load_nm:
+        if values["coulomb_nm"] > NO_FRICTION * usual.load_nm:
             return None
         return "compliance", {"stiffness_nm_rad": values["stiffness_nm_rad"]}
 

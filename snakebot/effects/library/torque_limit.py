@@ -14,7 +14,7 @@ from snakebot.physics import servo_layout as layout
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from snakebot.effects.effect import Start
+    from snakebot.effects.effect import Start, Usual
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Recorded, Robot
@@ -69,9 +69,9 @@ class TorqueLimit(Effect):
         top = observed.most(observed.top_load_nm, joints, 1.0)
         return [{"limit_nm": self.parameters[0].clip(share * top)} for share in (1.0, 0.9)]
 
-    def plainer(self, values: Mapping[str, float], load_nm: float) -> tuple[str, Start] | None:
+    def plainer(self, values: Mapping[str, float], usual: Usual) -> tuple[str, Start] | None:
         """A servo that holds next to nothing is dead."""
-        return ("joint_free", {}) if values["limit_nm"] < NO_TORQUE * load_nm else None
+        return ("joint_free", {}) if values["limit_nm"] < NO_TORQUE * usual.load_nm else None
 
     def applies_to(self, robot: Robot) -> bool:
         return knows_load(robot)

@@ -12,7 +12,7 @@ from snakebot.physics import servo_layout as layout
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from snakebot.effects.effect import Start
+    from snakebot.effects.effect import Start, Usual
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 NO_LOAD_SHARE = 0.16
 
 NO_LOAD = 0.01  # share of the stalling torque, below which a usual load slows nothing; chosen
+NO_SPEED = 0.05  # share of the speed without load, at which a motor gives its whole torque; chosen
 
 
 class TorqueSpeed(Effect):
@@ -83,11 +84,15 @@ class TorqueSpeed(Effect):
             for share, loads in ((0.9, 2.5), (1.3, 2.5), (2.5, 1.4))
         ]
 
-    def plainer(self, values: Mapping[str, float], load_nm: float) -> tuple[str, Start] | None:
-        """A motor that no usual load slows has a constant limit."""
-        if not 0 < load_nm < NO_LOAD * values["stall_nm"]:
-            return None
-        return "rate_limit", {"limit_rad_s": values["no_load_rad_s"]}
+    def plainer(self, values: Mapping[str, float], usual: Usual) -> tuple[str, Start] | None:
+        """A motor that no usual load slows has a constant limit of speed; one that usually hardly turns, beside what it
+        could, has a constant limit of torque.
+        """
+        if 0 < usual.load_nm < NO_LOAD * values["stall_nm"]:
+            return "rate_limit", {"limit_rad_s": values["no_load_rad_s"]}
+        if 0 < usual.rate_rad_s < NO_SPEED * values["no_load_rad_s"]:
+            return "torque_limit", {"limit_nm": values["stall_nm"]}
+        return None
 
     def applies_to(self, robot: Robot) -> bool:
         return knows_load(robot)

@@ -12,7 +12,7 @@ from snakebot.physics import servo_layout as layout
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from snakebot.effects.effect import Start
+    from snakebot.effects.effect import Start, Usual
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
@@ -99,7 +99,7 @@ class VoltageSag(Effect):
             for first, fall in begin
         ]
 
-    def plainer(self, values: Mapping[str, float], load_nm: float) -> tuple[str, Start] | None:
+    def plainer(self, values: Mapping[str, float], usual: Usual) -> tuple[str, Start] | None:
         """A limit that does not fall is a constant one."""
         if values["drop_per_s"] > NO_DROP_PER_S:
             return None

@@ -9,7 +9,13 @@ from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.search.acceptance import LEAST_GAIN, accepted, as_good, excess
+from snakebot.diagnosis.search.acceptance import (
+    LEAST_GAIN,
+    accepted,
+    as_good,
+    closes_nearly_as_much,
+    excess,
+)
 
 SLOW, QUICK = 35, 5  # blocks of one slow motion and of one quick one
 BLOCKS = SLOW + QUICK
@@ -94,3 +100,13 @@ def test_nothing_is_said_more_plainly_at_the_cost_of_one_joint() -> None:
     lost = scoring.gain(best.held_square, unlike.held_square)
     assert lost.mean < lost.se
     assert not as_good(scoring, unlike, best)
+
+
+@pytest.mark.parametrize(("left", "plainer_stands"), [(10.0, True), (40.0, False)])
+def test_another_word_for_an_effect_may_leave_a_tenth_of_the_whole_gap_more(
+    scoring: Scoring, left: float, plainer_stands: bool
+) -> None:
+    nominal, best = trial(NOTHING, 200.0, 200.0), trial(PLAY_AND_DELAY, 2.0, 2.0)
+    plainer = trial(PLAY, left, left)
+    assert not as_good(scoring, plainer, best)
+    assert closes_nearly_as_much(scoring, plainer, best, nominal) == plainer_stands

@@ -13,8 +13,8 @@ from snakebot.diagnosis.fit.trial import Trial, nominal_trial, run_trial
 from snakebot.diagnosis.search.candidate import added
 from snakebot.diagnosis.search.library import usable_effects
 from snakebot.diagnosis.search.outlook import SHARE_OF_BEST, promise
+from snakebot.diagnosis.search.plainly import by_plainer_effects
 from snakebot.diagnosis.search.rounds import explore
-from snakebot.diagnosis.search.search import by_plainer_effects
 from snakebot.effects.registry import find_effect
 
 pytestmark = pytest.mark.slow
@@ -82,8 +82,10 @@ def test_dry_friction_of_nothing_is_a_joint_that_bends(effect: str, kept: str) -
     evidence = gather(prepare(make_session(snake(), [effect])))
     library = usable_effects(evidence.data, over_ground=False)
     hypothesis = Hypothesis((Term("joint_friction", (2,)),))
-    found = by_plainer_effects(evidence, library, run_trial(evidence, hypothesis, [np.array([0.1, 50.0])]))
+    nominal = nominal_trial(evidence)
+    rubs = run_trial(evidence, hypothesis, [np.array([0.1, 50.0])])
+    found = by_plainer_effects(evidence, library, nominal, rubs)
     assert found.hypothesis.names == (kept,)
     assert found.theta[-1] == pytest.approx(60, rel=0.1)
     without = usable_effects(evidence.data, over_ground=False, exclude=["compliance"])
-    assert by_plainer_effects(evidence, without, found).hypothesis.names == (kept,)
+    assert by_plainer_effects(evidence, without, nominal, found).hypothesis.names == (kept,)

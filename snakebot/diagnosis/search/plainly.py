@@ -1,0 +1,93 @@
+"""The same explanation said more plainly: of all joints where that does as well, and by plainer effects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from snakebot.arrays import Floats
+from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.fit.hypothesis import Hypothesis
+from snakebot.diagnosis.fit.trial import Trial, run_trial_against
+from snakebot.diagnosis.search.acceptance import as_good, closes_nearly_as_much
+from snakebot.diagnosis.search.candidate import start_values
+from snakebot.diagnosis.search.candidates import kinds
+from snakebot.diagnosis.search.library import Library
+from snakebot.diagnosis.search.rounds import MANY_TERMS
+from snakebot.effects.effect import Usual
+from snakebot.effects.registry import find_effect
+
+
+def said_plainly(evidence: Evidence, library: Library, nominal: Trial, best: Trial) -> Trial:
+    """The same said more plainly: of all joints where that does as well, and by the plainer effect that it comes to."""
+    best = _shared(evidence, best)
+    for term in best.hypothesis.terms:
+        if term.joints is None or len(term.joints) < 2 or not term.open or term.own:
+            continue
+        parts = zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True)
+        kept = [(t, values) for t, values in parts if t == term or t.effect != term.effect]
+        wide = Hypothesis(tuple(replace(t, joints=None) if t == term else t for t, _ in kept))
+        wider = run_trial_against(evidence, best, wide, [np.concatenate([values for _, values in kept])])
+        if as_good(evidence.scoring, wider, best):
+            best = wider
+    return by_plainer_effects(evidence, library, nominal, best)
+
+
+def by_plainer_effects(evidence: Evidence, library: Library, nominal: Trial, best: Trial) -> Trial:
+    """With the plainer effect in the place of one that comes to it, where that closes nearly as much of the gap: of a
+    servo that holds next to nothing, one that is dead predicts a little worse, as it has no number to be fitted.
+    """
+    usable = {effect.name: effect for effect in library.effects}
+    usual = _usual(evidence)
+    for term in best.hypothesis.terms:
+        index = best.hypothesis.terms.index(term)
+        fitted = best.hypothesis.split(best.theta)[index].tolist()
+        values = {**dict(term.fixed), **dict(zip((p.name for p in term.open), fitted, strict=True))}
+        found = None if term.own else find_effect(term.effect).plainer(values, usual)
+        if found is None or found[0] not in usable or found[0] in best.hypothesis.names:
+            continue
+        name, start = found
+        other = replace(term, effect=name, fixed=kinds(library, usable[name])[0])
+        theta = np.concatenate([best.hypothesis.rest(best.theta, index), start_values(other, start)])
+        plainer = run_trial_against(evidence, best, best.hypothesis.without(index).plus(other), [theta])
+        if closes_nearly_as_much(evidence.scoring, plainer, best, nominal):
+            best = plainer
+    return best
+
+
+def _shared(evidence: Evidence, best: Trial) -> Trial:
+    """With one value for all joints of an effect, where values of their own gain nothing.
+
+    Joints that differ in many effects are not alike in one of them: there nothing would be said more plainly.
+    """
+    if len(best.hypothesis.terms) > MANY_TERMS:
+        return best
+    for term in best.hypothesis.terms:
+        if not term.own:
+            continue
+        parts = list(zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True))
+        alike = [
+            (replace(t, own=False), np.median(v.reshape(len(t.alike), -1), axis=0)) if t == term else (t, v)
+            for t, v in parts
+        ]
+        plain = run_trial_against(
+            evidence, best, Hypothesis(tuple(t for t, _ in alike)), [np.concatenate([v for _, v in alike])]
+        )
+        if as_good(evidence.scoring, plain, best):
+            best = plain
+    return best
+
+
+def _usual(evidence: Evidence) -> Usual:
+    """Of the measured motion of the runs that may be fitted."""
+    simulator, runs = evidence.predictor.simulator, evidence.split.free
+    loads = [load for load in map(simulator.load, runs) if load is not None]
+    rates = [np.gradient(simulator.smooth[i], evidence.data.runs[i].t_s, axis=0) for i in runs]
+    return Usual(_rms(loads), _rms(rates))
+
+
+def _rms(tables: Sequence[Floats]) -> float:
+    """Of all tables together, each as long as any other; 0 of none."""
+    return float(np.sqrt(np.mean([np.mean(np.square(table)) for table in tables]))) if tables else 0.0

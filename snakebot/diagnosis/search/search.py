@@ -30,7 +30,7 @@ from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.candidates import elsewhere
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.pairs import pairs
-from snakebot.diagnosis.search.plainly import said_plainly
+from snakebot.diagnosis.search.plainly import by_plainer_effects, said_plainly
 from snakebot.diagnosis.search.rivals import rivals
 from snakebot.diagnosis.search.rounds import explore, first_looks, held_out, ranked
 from snakebot.diagnosis.search.wear import is_worn, with_wear
@@ -131,7 +131,8 @@ def search(
             if worn is None:
                 best = _swap(evidence, best, singles)
             best = _elsewhere(evidence, library, best)
-            path[-1] = best
+        best = by_plainer_effects(evidence, every_effect, nominal, best)
+        path[-1] = best
         progress(f"so far: {_in_short(best.hypothesis)}", 0.4)
         round_ = further(best) if has_room(best) else []
     scoring, tried = evidence.scoring, {hypothesis: seen for hypothesis, (_, seen) in rounds.items()}

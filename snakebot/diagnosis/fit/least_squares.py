@@ -36,6 +36,9 @@ LESS_DAMPING, MORE_DAMPING = 0.2, 8.0  # factors on it after a step that lowered
 # Share of a step that did not lower the cost, that is tried next: where a parabola through what is known of the cost
 # along it has its minimum, within these; chosen, as usual (Nocedal and Wright 2006, section 3.5).
 SHORTEST, LONGEST = 0.1, 0.5
+# The same of the steps to a minimum near by that are tried, each if that before it did not lower the cost: in one
+# dimension the whole step, two thirds, a fifth and a thirtieth of it; chosen.
+DAMPED_MORE = (DAMPING, 0.5, 4.0, 32.0)
 MOST_DAMPING = 1e5  # beyond which a unit is done: its steps have no length any more; chosen
 # Allowed spread over the mean square of the residual, that makes the cost a sum of squares; chosen.
 WIDE = 30.0
@@ -82,7 +85,7 @@ def minimise(
     damping, length = np.full(units, DAMPING), np.ones(units)
     # Where a residual takes a body, a failure must not be repeated nearly unchanged. Elsewhere it may be: the damping
     # that ends that also turns the step, which leads further along a narrow valley.
-    costly = problem.secant or problem.near is not None
+    costly = problem.is_costly
     active = np.ones(units, dtype=bool)
     jacobian, stale, whole = np.zeros((0, *residual.shape)), True, True
     guessed = np.zeros(units, dtype=bool)  # units whose slopes were carried along by a secant
@@ -196,17 +199,29 @@ def multi_start(
 
 def refit(problem: Problem, theta: Floats, uses: Sequence[Bools]) -> list[Refit]:
     """Minima near ``theta`` (U, p) of each unit's cost where only some residuals count, one for each of ``uses``
-    (N, U'): one Gauss-Newton step each, from one simulation and one Jacobian that all share.
+    (N, U'): one Gauss-Newton step each, from one simulation and one Jacobian that all share. A step that does not lower
+    the cost is damped more; where a residual takes a body, and nothing about the same is cheaper, it is taken as it is.
     """
     z, residual, jacobian, weight = linearised(problem, theta)
+    judge = problem.cheaper(from_scale(z, problem))
+    here = residual if judge is problem else None if judge is None else judge.residual(from_scale(z, problem))
     out = []
     for use in uses:
         counted = np.where(use, weight, 0.0)
-        there = z.copy()
-        for u in range(z.shape[0]):
-            there[u] += damped_step(problem, u, jacobian, residual, counted, DAMPING, z[u])[0]
-        near = from_scale(np.clip(there, problem.low, problem.high), problem)
-        out.append(Refit(near, information_on(problem, jacobian, counted)))
+        weights = Weights(replace(problem, block=np.where(use, problem.block, -1)))
+        there, higher = z.copy(), np.ones(z.shape[0], dtype=bool)
+        for damping in DAMPED_MORE:
+            for u in np.flatnonzero(higher).tolist():
+                step, _ = damped_step(problem, u, jacobian, residual, counted, damping, z[u])
+                there[u] = np.clip(z[u] + step, problem.low, problem.high)
+            if judge is None or here is None:
+                break
+            left = judge.residual_of(higher[problem.unit], from_scale(there, problem))
+            higher &= weights.cost(left)[0] > weights.cost(here)[0]
+            there[higher] = z[higher]
+            if not higher.any():
+                break
+        out.append(Refit(from_scale(there, problem), information_on(problem, jacobian, counted)))
     return out
 
 

@@ -58,6 +58,18 @@ class Problem:
     near: Callable[[Floats], Problem] | None = None
     near_for: Bools | None = None
 
+    @property
+    def is_costly(self) -> bool:
+        """Whether one residual takes a body."""
+        return self.secant or self.near is not None
+
+    def cheaper(self, theta: Floats) -> Problem | None:
+        """A problem whose residual takes no body and is about the same near ``theta`` (U, p); None: there is none."""
+        if not self.is_costly:
+            return self
+        known = self.near is not None and (self.near_for is None or bool(self.near_for.all()))
+        return self.near(theta) if known and self.near is not None else None
+
     @cached_property
     def low(self) -> Floats:
         """(p,) lower bounds on the fitted scale."""

@@ -254,14 +254,10 @@ class _Bench:
             return self.square(problem.residual(theta))
         run_of = self.evidence.angles.blocks.run
         uses = [self.used & np.isin(run_of[np.maximum(self.block, 0)], fold.fit) for fold in folds]
-        held, here = np.zeros(self.size.size), self.square(problem.residual(theta))
+        held = np.zeros(self.size.size)
         for fold, near in zip(folds, refit(problem, theta, uses), strict=True):
-            there = self.square(problem.residual(near.theta))
-            mine, fitted = np.isin(run_of, fold.score), np.isin(run_of, fold.fit)
-            for column in self.columns:  # a step that does not lower the cost of the fitted runs was too long
-                rows = self.evidence.angles.blocks.joint == column
-                new, old = (np.log1p(q / spread_square)[rows & fitted].sum() for q in (there, here))
-                held[mine & rows] = (there if new < old else here)[mine & rows]
+            mine = np.isin(run_of, fold.score)
+            held[mine] = self.square(problem.residual(near.theta))[mine]
         return held
 
 

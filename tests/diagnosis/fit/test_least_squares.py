@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from snakebot.arrays import Floats
 from snakebot.diagnosis.fit.least_squares import minimise, multi_start, refit
 from snakebot.diagnosis.fit.step import Problem
 
@@ -76,6 +77,37 @@ def test_a_refit_is_the_minimum_of_what_counts() -> None:
         exact = minimise(left, whole[None]).theta[0]
         (near,) = refit(problem, whole[None], [use])
         assert near.theta[0] == pytest.approx(exact, abs=0.2 * abs(exact - whole)[0] + 1e-6)
+
+
+def far_steps_problem() -> tuple[Problem, Floats]:
+    """What is seen in a first block wants 1, in a second 9, where the curve is so flat that a straight line leads far
+    beyond; and a place between the two.
+    """
+
+    def residual(theta: np.ndarray) -> np.ndarray:
+        return np.arctan(4 * (theta[0, 0] - np.repeat([1.0, 9.0], 10)))[:, None]
+
+    box = (np.array([-100.0]), np.array([100.0]), np.array([False]))
+    block = np.repeat([0, 1], 10)[:, None]
+    return Problem(residual, np.zeros(1, dtype=np.int64), block, np.full(2, 0.1), *box), np.array([[3.0]])
+
+
+@pytest.mark.parametrize("out", [0, 1])
+@pytest.mark.parametrize("body", [False, True])
+def test_a_refit_that_would_go_too_far_goes_less_far(out: int, body: bool) -> None:
+    problem, start = far_steps_problem()
+    if body:  # judged by what costs less
+        cheap = problem
+        problem = replace(problem, near=lambda theta: cheap, near_for=np.array([True]))
+    use = problem.block != out
+
+    def left(theta: Floats) -> float:
+        return float(np.square(problem.residual(theta)[use]).sum())
+
+    (near,) = refit(problem, start, [use])
+    assert left(near.theta) < left(start)
+    (far,) = refit(replace(problem, near=None, secant=True), start, [use])
+    assert left(far.theta) > left(start), "one straight step leads too far here"
 
 
 def test_no_search_begins_where_what_is_fitted_does_nothing() -> None:

@@ -200,10 +200,10 @@ def multi_start(
 def refit(problem: Problem, theta: Floats, uses: Sequence[Bools]) -> list[Refit]:
     """Minima near ``theta`` (U, p) of each unit's cost where only some residuals count, one for each of ``uses``
     (N, U'): one Gauss-Newton step each, from one simulation and one Jacobian that all share. A step that does not lower
-    the cost is damped more; where a residual takes a body, and nothing about the same is cheaper, it is taken as it is.
+    the cost is damped more; where a residual takes a body, as far as a cheaper one can say that, if there is one.
     """
     z, residual, jacobian, weight = linearised(problem, theta)
-    judge = problem.cheaper(from_scale(z, problem))
+    judge, judged = problem.cheaper(from_scale(z, problem))
     here = residual if judge is problem else None if judge is None else judge.residual(from_scale(z, problem))
     out = []
     for use in uses:
@@ -216,7 +216,8 @@ def refit(problem: Problem, theta: Floats, uses: Sequence[Bools]) -> list[Refit]
                 there[u] = np.clip(z[u] + step, problem.low, problem.high)
             if judge is None or here is None:
                 break
-            left = judge.residual_of(higher[problem.unit], from_scale(there, problem))
+            tried = from_scale(np.where(judged, there, z), problem)
+            left = judge.residual_of(higher[problem.unit], tried)
             higher &= weights.cost(left)[0] > weights.cost(here)[0]
             there[higher] = z[higher]
             if not higher.any():

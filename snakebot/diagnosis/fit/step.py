@@ -63,12 +63,16 @@ class Problem:
         """Whether one residual takes a body."""
         return self.secant or self.near is not None
 
-    def cheaper(self, theta: Floats) -> Problem | None:
-        """A problem whose residual takes no body and is about the same near ``theta`` (U, p); None: there is none."""
+    def cheaper(self, theta: Floats) -> tuple[Problem | None, Bools]:
+        """A problem whose residual takes no body and is about the same near ``theta`` (U, p), None where there is none;
+        and for which parameters (p,) that holds.
+        """
+        every = np.ones(theta.shape[1], dtype=bool)
         if not self.is_costly:
-            return self
-        known = self.near is not None and (self.near_for is None or bool(self.near_for.all()))
-        return self.near(theta) if known and self.near is not None else None
+            return self, every
+        if self.near is None:
+            return None, ~every
+        return self.near(theta), every if self.near_for is None else self.near_for
 
     @cached_property
     def low(self) -> Floats:

@@ -85,7 +85,7 @@ def far_steps_problem() -> tuple[Problem, Floats]:
     """
 
     def residual(theta: np.ndarray) -> np.ndarray:
-        return np.arctan(4 * (theta[0, 0] - np.repeat([1.0, 9.0], 10)))[:, None]
+        return np.asarray(np.arctan(4 * (theta[0, 0] - np.repeat([1.0, 9.0], 10)))[:, None])
 
     box = (np.array([-100.0]), np.array([100.0]), np.array([False]))
     block = np.repeat([0, 1], 10)[:, None]

@@ -92,7 +92,8 @@ def with_wear(
     evidence: Evidence, library: Library, nominal: Trial, first: Trial, fits: Sequence[Trial]
 ) -> tuple[Evidence, Trial | None]:
     """The evidence with the misfit that all everyday effects together leave; and the everyday effects that the joints
-    need, alone or beside a fault, if they explain clearly more than ``first`` does.
+    need, alone or beside a fault, if they explain clearly more than ``first`` does. A fault must gain over them alone,
+    but for one that takes the place of one of them: that explains no less.
 
     ``fits``: of single effects, those that may be the fault among them, as fitted.
     """
@@ -101,15 +102,17 @@ def with_wear(
         return evidence, None
     evidence = evidence.with_misfit(whole.left_square)
     alone = _accepted(evidence, nominal, first, whole.reduced().added_to(nominal.hypothesis, nominal.theta))
-    best = alone or first
-    beside = []
+    found = [alone]
     for fault in _faults(evidence.scoring, library, nominal, first, fits):
         with_fault = worn(evidence, library, fault)
-        if with_fault is not None and with_fault.leaves_less_than(whole):
+        if with_fault is None:
+            continue
+        instead = _takes_a_place(_everyday_terms(library), fault.hypothesis)
+        if instead or with_fault.leaves_less_than(whole):
             candidate = with_fault.reduced().added_to(fault.hypothesis, fault.theta)
-            beside.append(_accepted(evidence, nominal, best, candidate))
-    found = ranked(evidence.scoring, [trial for trial in beside if trial is not None])
-    return evidence, found[0] if found else alone
+            found.append(_accepted(evidence, nominal, first if instead else alone or first, candidate))
+    ordered = ranked(evidence.scoring, [trial for trial in found if trial is not None])
+    return evidence, next(iter(ordered), None)
 
 
 def _faults(
@@ -153,6 +156,12 @@ def _everyday_terms(library: Library) -> tuple[Term, ...]:
 def _all_but(everyday: Sequence[Term], hypothesis: Hypothesis) -> tuple[Term, ...]:
     """The terms of an explanation that are none of the everyday effects."""
     return tuple(term for term in hypothesis.terms if not _is_one_of(everyday, term))
+
+
+def _takes_a_place(everyday: Sequence[Term], hypothesis: Hypothesis) -> bool:
+    """Whether an explanation has an everyday effect, of another kind than every joint has a little of."""
+    names = {term.effect for term in everyday}
+    return any(term.effect in names for term in _all_but(everyday, hypothesis))
 
 
 def _is_one_of(everyday: Sequence[Term], term: Term) -> bool:

@@ -54,6 +54,19 @@ def test_a_fault_beside_the_wear_is_found() -> None:
     assert found.verdict in ("explained", "partly")
 
 
+@pytest.mark.slow
+def test_a_dead_band_of_another_kind_is_told_as_what_it_is_beside_the_wear() -> None:
+    """Soft bands and other lags on every joint explain it nearly as well."""
+    small = "servo_offset:offset_deg=0.4+-0.5+0.3,joints=1+2+3"
+    found = diagnose(
+        make_session(bench(3), (WORN[0], small, "deadband:width_deg=4,hard=1"), gaits=GAITS), quick=True
+    )
+    (band,) = [c for c in found.causes if c.effect == "deadband"]
+    assert "hard=1" in band.specification
+    assert band.parameters["width_deg"].estimate == pytest.approx(4, abs=0.1)
+    assert found.verdict == "explained"
+
+
 def test_play_that_the_load_takes_up_is_a_fault_and_plain_play_is_wear() -> None:
     library = usable_effects(prepare(make_session(snake())), over_ground=False)
     plain, loaded = (Term("backlash", None, kind) for kind in kinds(library, find_effect("backlash")))

@@ -84,7 +84,10 @@ def _usual(evidence: Evidence) -> Usual:
     """Of the measured motion of the runs that may be fitted."""
     simulator, runs = evidence.predictor.simulator, evidence.split.free
     loads = [load for load in map(simulator.load, runs) if load is not None]
-    rates = [np.gradient(simulator.smooth[i], evidence.data.runs[i].t_s, axis=0) for i in runs]
+    times = [evidence.data.runs[i].t_s for i in runs]
+    rates = [
+        np.gradient(simulator.smooth[i], t, axis=0) for i, t in zip(runs, times, strict=True) if t.size > 1
+    ]
     return Usual(_rms(loads), _rms(rates))
 
 

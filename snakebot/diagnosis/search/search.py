@@ -138,10 +138,8 @@ def search(
     scoring, tried = evidence.scoring, {hypothesis: seen for hypothesis, (_, seen) in rounds.items()}
     pruned, without = prune(evidence, best)
     best = said_plainly(evidence, every_effect, nominal, pruned)
-    if best is not pruned:
-        best, without = prune(
-            evidence, best
-        )  # what stood beside the other word may say nothing beside this one
+    if best is not pruned:  # what stood beside the other word may say nothing beside this one
+        best, without = prune(evidence, best)
     untested = not best.hypothesis.terms
     predicted = best
     if untested:

@@ -15,7 +15,7 @@ from snakebot.servobus.registers import ServoModel
 
 SCAN_IDS = range(1, 21)  # ids that are asked where no ids are given; chosen
 _QUICK_TRIES = 1  # of a ping where nobody need be there
-_AGAIN_TRIES = 3  # of one to a silent id where somebody answers
+_AGAIN_TRIES = 3  # of one to a silent id where somebody answers; chosen
 
 
 @dataclass(frozen=True, slots=True)

@@ -204,21 +204,24 @@ def refit(problem: Problem, theta: Floats, uses: Sequence[Bools]) -> list[Refit]
     """
     z, residual, jacobian, weight = linearised(problem, theta)
     judge, judged = problem.cheaper(from_scale(z, problem))
-    here = residual if judge is problem else None if judge is None else judge.residual(from_scale(z, problem))
+    if judge is not None:
+        here = residual if judge is problem else judge.residual(from_scale(z, problem))
     out = []
     for use in uses:
         counted = np.where(use, weight, 0.0)
-        weights = Weights(replace(problem, block=np.where(use, problem.block, -1)))
         there, higher = z.copy(), np.ones(z.shape[0], dtype=bool)
+        if judge is not None:
+            weights = Weights(replace(problem, block=np.where(use, problem.block, -1)))
+            least, _ = weights.cost(here)
         for damping in DAMPED_MORE:
             for u in np.flatnonzero(higher).tolist():
                 step, _ = damped_step(problem, u, jacobian, residual, counted, damping, z[u])
                 there[u] = np.clip(z[u] + step, problem.low, problem.high)
-            if judge is None or here is None:
+            if judge is None:
                 break
             tried = from_scale(np.where(judged, there, z), problem)
             left = judge.residual_of(higher[problem.unit], tried)
-            higher &= weights.cost(left)[0] > weights.cost(here)[0]
+            higher &= weights.cost(left)[0] > least
             there[higher] = z[higher]
             if not higher.any():
                 break

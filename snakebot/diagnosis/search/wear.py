@@ -102,12 +102,12 @@ def with_wear(
         return evidence, None
     evidence = evidence.with_misfit(whole.left_square)
     alone = _accepted(evidence, nominal, first, whole.reduced().added_to(nominal.hypothesis, nominal.theta))
-    found = [alone]
+    found, everyday = [alone], _everyday_terms(library)
     for fault in _faults(evidence.scoring, library, nominal, first, fits):
         with_fault = worn(evidence, library, fault)
         if with_fault is None:
             continue
-        instead = _takes_a_place(_everyday_terms(library), fault.hypothesis)
+        instead = _takes_a_place(everyday, fault.hypothesis)
         if instead or with_fault.leaves_less_than(whole):
             candidate = with_fault.reduced().added_to(fault.hypothesis, fault.theta)
             found.append(_accepted(evidence, nominal, first if instead else alone or first, candidate))

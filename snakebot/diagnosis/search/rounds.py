@@ -29,6 +29,9 @@ from snakebot.effects.effect import Effect
 CLOSE_RACE = 0.25  # share of the winner's gain, within which rivals are cross-validated (chosen) ...
 FEWEST_TRIALS, MOST_TRIALS = 3, 6  # ... but so many at least and at most; chosen
 MOST_FURTHER = 3  # the most on top of an accepted effect, where only the best is needed; chosen
+# What a fit may leave of the gap over what the best leaves, to take as much away; and the most that are cross-validated
+# for that, where their score alone would not have them so. Chosen.
+CLOSE_LEFT, MOST_FOR_LEFT = 1.25, 2
 MANY_TERMS = 3  # terms of an explanation that a first look at one more leaves as they are; chosen
 MANY_PARAMETERS = 8  # the same of parameters, fewer than a position loop has; chosen
 
@@ -55,9 +58,10 @@ def explore(
     if order.size == 0:
         return [], []
     near = [i for i in order if reached[i] >= (1 - CLOSE_RACE) * reached[order[0]]]
-    kept = list(dict.fromkeys([*order[:FEWEST_TRIALS], *near]))[
+    kept = [int(i) for i in dict.fromkeys([*order[:FEWEST_TRIALS], *near])][
         : MOST_FURTHER if base.hypothesis.terms else MOST_TRIALS
     ]
+    kept += _leave_least(scoring, fits, kept)
     progress("holding out gaits", 0.8)
     chosen = [fits[i] for i in kept if reached[i] > 0]
     trials = ranked(scoring, held_out(evidence, chosen, base))
@@ -69,6 +73,20 @@ def explore(
     trials = [t for t in trials if t.hypothesis not in says_no_more]
     progress("", 1.0)
     return trials, fits
+
+
+def _leave_least(scoring: Scoring, fits: Sequence[Trial], kept: Sequence[int]) -> list[int]:
+    """Which of some fits take most of the gap away, where none of those ``kept`` does nearly as well: the score, a sum
+    of logarithms, would rather have a little of every joint's gap than most of one joint's that is far larger.
+    """
+    left = np.array([excess_as_fitted(scoring, fit, scoring.of_angles) for fit in fits])
+    enough = CLOSE_LEFT * left.min()
+    if any(left[i] <= enough for i in kept):
+        return []
+    least: dict[Hypothesis, int] = {}
+    for i in np.argsort(left, kind="stable").tolist():
+        least.setdefault(fits[i].hypothesis, i)
+    return [i for i in least.values() if left[i] <= enough][:MOST_FOR_LEFT]
 
 
 def _widened(evidence: Evidence, fits: Sequence[Trial], first: Trial) -> list[Trial]:

@@ -103,15 +103,16 @@ def search(
         winner = _winner(evidence.scoring, round_, best, nominal) if has_room(best) else None
         if wear_is_open and _may_be_worn(evidence.scoring, winner, best, nominal):
             wear_is_open = False
-            so_far = winner or best
+            so_far, two = winner or best, []
             if winner is not None and has_room(winner) and not is_worn(library, winner.hypothesis):
                 # a fault on most joints may have another beside it, which everyday effects of every joint would hide
-                so_far = _winner(evidence.scoring, further(winner), winner, nominal) or winner
+                two = _accepted(evidence.scoring, further(winner), winner, nominal)
+                so_far = next(iter(two), winner)
             progress("two effects together", 0.4)
             together = _winner(evidence.scoring, pairs(evidence, nominal, fits, so_far), so_far, nominal)
             so_far = together or so_far
             progress("everyday effects on every joint", 0.4)
-            evidence, worn = with_wear(evidence, library, nominal, so_far, fits)
+            evidence, worn = with_wear(evidence, library, nominal, so_far, [*fits, *two])
             if worn is not None:
                 library = library.without_everyday()  # all of these were fitted to every joint with a gap
                 limit, most_terms = (
@@ -176,8 +177,12 @@ def _in_short(hypothesis: Hypothesis) -> str:
 
 def _winner(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Trial) -> Trial | None:
     """The best of some trials that is accepted on top of ``base``."""
-    good = (t for t in tried if accepted(scoring, t, base) and closes_more(scoring, t, base, nominal))
-    return next(good, None)
+    return next(iter(_accepted(scoring, tried, base, nominal)), None)
+
+
+def _accepted(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Trial) -> list[Trial]:
+    """Those of some trials that are accepted on top of ``base``."""
+    return [t for t in tried if accepted(scoring, t, base) and closes_more(scoring, t, base, nominal)]
 
 
 def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: Trial) -> bool:

@@ -95,7 +95,7 @@ def with_wear(
     need, alone or beside a fault, if they explain clearly more than ``first`` does. A fault must gain over them alone,
     but for one that takes the place of one of them: that explains no less.
 
-    ``fits``: of single effects, those that may be the fault among them, as fitted.
+    ``fits``: of single effects, and of two, those that may be the faults among them, as fitted.
     """
     whole = worn(evidence, library, nominal)
     if whole is None:
@@ -125,17 +125,19 @@ def _faults(
     """
     everyday = _everyday_terms(library)
     gap_square = excess(scoring, nominal, scoring.of_angles)
-    left = {
-        trial: excess_as_fitted(scoring, trial, scoring.of_angles)
-        for trial in fits
-        if _all_but(everyday, trial.hypothesis)
-    }
-    fault = _all_but(everyday, first.hypothesis)
+    fault, left = _all_but(everyday, first.hypothesis), {}
     nearest: dict[str, Trial] = {}
+    for trial in fits:
+        if _all_but(everyday, trial.hypothesis) == trial.hypothesis.terms:
+            left[trial] = excess_as_fitted(scoring, trial, scoring.of_angles)
     for trial in sorted(left, key=left.__getitem__):
         nearest.setdefault(trial.hypothesis.terms[-1].effect, trial)
-    most = min((1 - LEAST_FALL) * gap_square, CLOSE_FAULT * min(left.values(), default=0.0))
-    others = [t for t in nearest.values() if left[t] < most and t.hypothesis.terms != fault][:MOST_FAULTS]
+
+    def does_well(trial: Trial) -> bool:
+        peers = (left[t] for t in left if len(t.hypothesis.terms) == len(trial.hypothesis.terms))
+        return left[trial] < min((1 - LEAST_FALL) * gap_square, CLOSE_FAULT * min(peers))
+
+    others = [t for t in nearest.values() if t.hypothesis.terms != fault and does_well(t)][:MOST_FAULTS]
     return [first, *others] if fault else others
 
 

@@ -143,14 +143,16 @@ def fit_runs(
 def _under_loads_of(
     simulator: Simulator, hypothesis: Hypothesis, problem: Problem | None, at: Floats, part: Floats
 ) -> Problem | None:
-    """A problem under the torques that the motion at its parameters ``part`` bears, where they are all that couples the
-    joints ``at`` (p,).
+    """A problem under the torques that the motion at its parameters ``part`` bears, if they bear any. Where some joint
+    goes where the others take it, a parameter changes what is left there by what it changes under those
+    torques.
     """
     if problem is None or problem.near is None:
         return problem
+    there = problem.for_each(part)
     if simulator.always_needs_body(hypothesis.specs(at)):
-        return problem
-    return problem.near(problem.for_each(part))
+        return problem.about(there) if np.all(problem.near_for) else problem
+    return problem.near(there)
 
 
 def angle_problem(
@@ -205,7 +207,7 @@ def angle_problem(
         )
 
     touches = hypothesis.touches(angles.data.joints)[mine][:, joints]
-    bears = _bears_loads(simulator, hypothesis, at)[mine]
+    bears = bears_loads(simulator, hypothesis, at)[mine]
     cheap = meet and not rough and bears.sum() > (0 if bears.all() else FEW_SLOPES)
     problem = Problem(
         lambda theta: of_some(theta, stacked),
@@ -222,7 +224,7 @@ def angle_problem(
     return problem
 
 
-def _bears_loads(simulator: Simulator, hypothesis: Hypothesis, theta: Floats) -> Bools:
+def bears_loads(simulator: Simulator, hypothesis: Hypothesis, theta: Floats) -> Bools:
     """(p,) parameters whose slopes are the same, or nearly, with the torques on the servos given: those of effects that
     do not make a joint go where the others take it. None where a joint is free or driven by another's set-points.
     """
@@ -234,13 +236,13 @@ def _bears_loads(simulator: Simulator, hypothesis: Hypothesis, theta: Floats) ->
     return np.array(found, dtype=bool)
 
 
-def joints_sharing(hypothesis: Hypothesis, count: int, mine: Bools) -> Bools:
+def joints_sharing(hypothesis: Hypothesis, count: int, mine: Bools, stay: Bools | bool = False) -> Bools:
     """(count,) joints that some parameters of servos and sensors, ``mine`` (p,), act on, and joints that share any
-    parameter with those, directly or by way of others.
+    parameter with those, directly or by way of others; but for parameters that ``stay`` (p,) as they are.
     """
-    touches = hypothesis.touches(count)
-    units = _sharing(touches[~of_body(hypothesis)])
-    return np.isin(units, units[touches[mine & ~of_body(hypothesis)].any(axis=0)])
+    touches, moving = hypothesis.touches(count), ~of_body(hypothesis) & np.logical_not(stay)
+    units = _sharing(touches[moving])
+    return np.isin(units, units[touches[mine & moving].any(axis=0)])
 
 
 def _sharing(touches: Bools) -> Ints:

@@ -19,6 +19,7 @@ from snakebot.diagnosis.evidence.score import CHANGED
 from snakebot.diagnosis.fit.fit_runs import (
     Fitted,
     angle_problem,
+    bears_loads,
     fit_runs,
     joints_sharing,
     of_body,
@@ -126,18 +127,24 @@ def _without_uninformed(
         return out
     usual = np.array([p.typical for p in hypothesis.parameters])
     start = np.where(far, usual, out)
-    if not _shows(evidence, hypothesis, out, start, fold.fit):
+    simulator = evidence.predictor.simulator
+    bears = bears_loads(simulator, hypothesis, start)
+    meet = simulator.joints_meet(hypothesis.specs(start), rough=True)
+    given = meet and bool(bears[far].all())
+    # Under given torques a fit takes less time than to look whether it is called for.
+    if not given and not _shows(evidence, hypothesis, out, start, fold.fit):
         return start
-    # What shares no joint with those is as well fitted as it was; over ground all go together.
-    if not evidence.predictor.simulator.joints_meet(hypothesis.specs(start), rough=True):
-        near = joints_sharing(hypothesis, evidence.data.joints, far)
+    only, steps = ~absent, FAR_STEPS
+    if given or not meet:
+        # What shares no joint with those is as well fitted as it was; over ground all go together. Under given torques
+        # what goes along with the body stays, so that none needs to be simulated.
+        stay = ~bears if given else np.zeros_like(bears)
+        near = joints_sharing(hypothesis, evidence.data.joints, far, stay)
         body = of_body(hypothesis)
         shared = hypothesis.touches(evidence.data.joints)[:, near].any(axis=1) & ~body
-        only = ~absent & (shared | (body & (far & body).any()))
-    else:
-        only = ~absent
-    costly = evidence.predictor.simulator.always_needs_body(hypothesis.specs(start))
-    steps = BODY_FAR_STEPS if costly else FAR_STEPS
+        only &= ~stay & (shared | (body & (far & body).any()))
+    elif simulator.always_needs_body(hypothesis.specs(start)):
+        steps = BODY_FAR_STEPS
     return fit_runs(evidence, hypothesis, [start], fold.fit, steps, only=only, loads_of=of_all_runs).theta
 
 

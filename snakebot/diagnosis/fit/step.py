@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -73,6 +73,22 @@ class Problem:
         if self.near is None:
             return None, ~every
         return self.near(theta), every if self.near_for is None else self.near_for
+
+    def about(self, theta: Floats) -> Problem:
+        """The ``near`` problem at ``theta`` (U, p), which is to leave there what this one leaves.
+
+        Raises:
+            TypeError: there is none.
+        """
+        if self.near is None:
+            raise TypeError("a problem without another near it")
+        near = self.near(theta)
+        off = self.residual(theta) - near.residual(theta)
+        return replace(
+            near,
+            residual=lambda theta: near.residual(theta) + off,
+            some=lambda theta, columns: near.residual_of(columns, theta) + np.where(columns, off, 0.0),
+        )
 
     @cached_property
     def low(self) -> Floats:

@@ -107,3 +107,34 @@ def test_a_cause_that_one_motion_shows_is_a_guess_and_not_closed(seen_once: Sess
     assert found.closure.joint_angle.closed == pytest.approx(0.0, abs=0.01)
     assert any("shows in one motion only, so nothing tests it" in warning for warning in found.warnings)
     assert headline(found).startswith("Explained (a guess): No joint can turn faster than 1.50 rad/s")
+
+
+def test_delay_and_lag_that_few_runs_tell_apart_are_left_out_alike_with_the_body_and_under_its_torques(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Beside a torque limit the whole body would have to be simulated for each step of such a fit."""
+    each = (1, 2, 3, 4, 5)
+    terms = (Term("torque_limit", None), *(Term(n, each, own=True) for n in ("servo_lag", "command_delay")))
+    start = np.array([2.5, *5 * [0.04], *5 * [0.01]])
+    gaits = ((60, 80, 2.0), (66, 80, 3.0), (10, 60, 0.5))
+    effects = ["torque_limit:limit_nm=2.5", "servo_lag:time_constant_s=0.045", "command_delay:delay_s=0.01"]
+    evidence = gather(prepare(make_session(snake(), effects, gaits=gaits, duration_s=3.0)))
+    refitted = []
+
+    def kept(*args: object, **options: object) -> object:
+        refitted.append(options.get("loads_of") is not None)
+        return fit_runs(*args, **options)  # type: ignore[arg-type]
+
+    def by_the_body(*args: object, loads_of: object = None, **options: object) -> object:
+        return fit_runs(*args, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(
+        "snakebot.diagnosis.fit.fold_fits.CLEAR_SE", 150.0
+    )  # as if the runs said little of any
+    monkeypatch.setattr("snakebot.diagnosis.fit.fold_fits.fit_runs", kept)
+    under_torques = run_trial(evidence, Hypothesis(terms), [start])
+    assert any(refitted)
+    monkeypatch.setattr("snakebot.diagnosis.fit.fold_fits.fit_runs", by_the_body)
+    whole = run_trial(evidence, Hypothesis(terms), [start])
+    score = evidence.scoring
+    assert under_torques.score(score) == pytest.approx(whole.score(score), abs=0.02)

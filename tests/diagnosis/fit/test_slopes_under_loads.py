@@ -73,3 +73,27 @@ def test_few_parameters_beside_a_limit_are_worked_out_exactly(evidence: Evidence
 
 def test_no_body_is_simulated_for_joints_that_feel_no_load(evidence: Evidence) -> None:
     assert problem_of(evidence, Hypothesis((LAGS, OFFSETS)), [*LAG_S, *OFFSET_DEG])[0].near is None
+
+
+def test_beside_a_limit_the_rest_can_be_fitted_about_a_motion_without_simulating_the_body(
+    evidence: Evidence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is left at that motion is what the body leaves there; slopes are those under its torques."""
+    hypothesis = Hypothesis((Term("torque_limit", None), LAGS, OFFSETS))
+    at = np.array([2.0, *LAG_S, *OFFSET_DEG])
+    mine = np.arange(at.size) > 0
+    problem = angle_problem(
+        evidence.angles, evidence.predictor.simulator, hypothesis,
+        specs_from(hypothesis, at, mine), evidence.split.free, Box.of(hypothesis.parameters).among(mine),
+        rough=False, mine=mine, at=at,
+    )  # fmt: skip
+    assert problem is not None
+    there = problem.for_each(at[mine])
+    about = problem.about(there)
+    assert about.residual(there) == pytest.approx(problem.residual(there), abs=1e-12)
+    assert problem.near is not None
+    assert slopes(about, there) == pytest.approx(slopes(problem.near(there), there), abs=1e-12)
+    monkeypatch.setattr("snakebot.effects.servo_stage._on_a_body", None)
+    away = there + 0.01
+    some = np.arange(5) == 1
+    assert about.residual_of(some, away)[:, 1] == pytest.approx(about.residual(away)[:, 1], abs=1e-12)

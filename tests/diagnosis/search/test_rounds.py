@@ -45,6 +45,17 @@ def test_a_joint_that_bends_by_many_degrees_is_found(stiffness_nm_rad: float) ->
     assert trials[0].theta == pytest.approx([stiffness_nm_rad], rel=0.02)
 
 
+def test_what_takes_most_of_the_gap_away_is_held_out_though_its_score_is_low() -> None:
+    """The score would rather have a little of the gap of all joints than most of the far larger one of one joint."""
+    worn = ["backlash:width_deg=2,loaded=1", "servo_offset:offset_deg=0.8"]
+    evidence = gather(prepare(make_session(snake(), [*worn, "compliance:stiffness_nm_rad=5.5,joints=2"])))
+    library = usable_effects(evidence.data, over_ground=False)
+    loose = Hypothesis((Term("backlash", None, (("loaded", 1.0),)),))
+    base = run_trial(evidence, loose, [np.array([2.0])])
+    trials = explore(evidence, library, base, lambda text, share: None)[0]
+    assert any(t.hypothesis.terms[-1] == Term("compliance", (2,)) for t in trials)
+
+
 @pytest.mark.parametrize("effect", ["backlash:width_deg=1,joints=2", "clock_drift:ppm=-3000"])
 def test_what_looks_like_a_delay_of_another_size_or_sign_is_tried(effect: str) -> None:
     """A small play passes for a lag within tolerance, which the promise of a play must not reckon with twice."""

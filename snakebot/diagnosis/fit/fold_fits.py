@@ -23,6 +23,7 @@ from snakebot.diagnosis.fit.fit_runs import (
     fit_runs,
     joints_sharing,
     of_body,
+    shift_limits,
     specs_from,
 )
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
@@ -145,7 +146,23 @@ def _without_uninformed(
         only &= ~stay & (shared | (body & (far & body).any()))
     elif simulator.always_needs_body(hypothesis.specs(start)):
         steps = BODY_FAR_STEPS
-    return fit_runs(evidence, hypothesis, [start], fold.fit, steps, only=only, loads_of=of_all_runs).theta
+    found = fit_runs(evidence, hypothesis, [start], fold.fit, steps, only=only, loads_of=of_all_runs).theta
+    if given and simulator.always_needs_body(hypothesis.specs(start)):
+        # Those torques are of another motion: with a play that the load takes up they may lead anywhere.
+        before, after = (_cost(evidence, hypothesis, theta, fold.fit) for theta in (start, found))
+        if after > before:
+            return fit_runs(evidence, hypothesis, [start], fold.fit, BODY_FAR_STEPS, only=~absent).theta
+    return found
+
+
+def _cost(evidence: Evidence, hypothesis: Hypothesis, theta: Floats, runs: tuple[int, ...]) -> float:
+    """What parameters (p,) leave of the angles in some runs, as a fit counts it: blocks weigh alike."""
+    angles, made = evidence.angles, list(evidence.predictor.nominal)
+    for index, reading in zip(runs, evidence.predictor.readings(hypothesis.specs(theta), runs), strict=True):
+        made[index] = reading
+    left = angles.residuals(made, angles.shifts_s(made, runs, shift_limits(angles, hypothesis)))
+    rows = np.isin(angles.blocks.run, runs)
+    return float(np.log1p(angles.blocks.mean_square(left) / angles.fitted_square)[rows].sum())
 
 
 def _shows(

@@ -27,7 +27,8 @@ from snakebot.effects import registry
 from snakebot.effects.effect import Effect
 
 CLOSE_RACE = 0.25  # share of the winner's gain, within which rivals are cross-validated (chosen) ...
-FEWEST_TRIALS, MOST_TRIALS = 3, 6  # ... but so many at least and at most; chosen
+# ... but so many at least and at most; one at least on top of many effects with which the body is simulated; chosen
+FEWEST_TRIALS, MOST_TRIALS = 3, 6
 MOST_FURTHER = 3  # the most on top of an accepted effect, where only the best is needed; chosen
 # What a fit may leave of the gap over what the best leaves, to take as much away; and the most that are cross-validated
 # for that, where their score alone would not have them so. Chosen.
@@ -58,7 +59,8 @@ def explore(
     if order.size == 0:
         return [], []
     near = [i for i in order if reached[i] >= (1 - CLOSE_RACE) * reached[order[0]]]
-    kept = [int(i) for i in dict.fromkeys([*order[:FEWEST_TRIALS], *near])][
+    fewest = 1 if _says_much(base) and evidence.predictor.simulator.needs_body(base.specs) else FEWEST_TRIALS
+    kept = [int(i) for i in dict.fromkeys([*order[:fewest], *near])][
         : MOST_FURTHER if base.hypothesis.terms else MOST_TRIALS
     ]
     kept += _leave_least(scoring, fits, kept)
@@ -102,15 +104,16 @@ def called_for(evidence: Evidence, base: Trial, effects: Sequence[Effect]) -> li
     return [e for e in effects if (gap.ground_significant if e.stage == "body" else gap.significant.any())]
 
 
+def _says_much(base: Trial) -> bool:
+    """Whether an explanation has so many terms or parameters that to fit them all again takes long."""
+    return len(base.hypothesis.terms) >= MANY_TERMS or base.theta.size >= MANY_PARAMETERS
+
+
 def first_looks(evidence: Evidence, made: Sequence[Candidate], base: Trial | None = None) -> list[Trial]:
     """A rough fit of each candidate, nothing held out; on top of a ``base``, of those that promise something, and what
     a base of many terms or parameters says is left as it is, or one that needs the whole body.
     """
-    many = base is not None and (
-        len(base.hypothesis.terms) >= MANY_TERMS
-        or base.theta.size >= MANY_PARAMETERS
-        or evidence.predictor.simulator.has_frozen
-    )
+    many = base is not None and (_says_much(base) or evidence.predictor.simulator.has_frozen)
     last = True if many else None
     look = partial(run_trial, evidence, cross=False, rough=True, last=last)
     promised = made if base is None else promising(evidence, base, made)

@@ -144,8 +144,7 @@ def _under_loads_of(
     simulator: Simulator, hypothesis: Hypothesis, problem: Problem | None, at: Floats, part: Floats
 ) -> Problem | None:
     """A problem under the torques that the motion at its parameters ``part`` bears, if they bear any. Where some joint
-    goes where the others take it, a parameter changes what is left there by what it changes under those
-    torques.
+    goes where the others take it, a parameter changes what is left there by what it changes under those torques.
     """
     if problem is None or problem.near is None:
         return problem

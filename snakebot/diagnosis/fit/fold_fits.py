@@ -147,7 +147,7 @@ def _without_uninformed(
     elif simulator.always_needs_body(hypothesis.specs(start)):
         steps = BODY_FAR_STEPS
     found = fit_runs(evidence, hypothesis, [start], fold.fit, steps, only=only, loads_of=of_all_runs).theta
-    if given and simulator.always_needs_body(hypothesis.specs(start)):
+    if given:
         # Those torques are of another motion: with a play that the load takes up they may lead anywhere.
         before, after = (_cost(evidence, hypothesis, theta, fold.fit) for theta in (start, found))
         if after > before:
@@ -156,7 +156,7 @@ def _without_uninformed(
 
 
 def _cost(evidence: Evidence, hypothesis: Hypothesis, theta: Floats, runs: tuple[int, ...]) -> float:
-    """What parameters (p,) leave of the angles in some runs, as a fit counts it: blocks weigh alike."""
+    """What parameters (p,) leave of the angles in some runs: the loss of a fit, each block weighing the same."""
     angles, made = evidence.angles, list(evidence.predictor.nominal)
     for index, reading in zip(runs, evidence.predictor.readings(hypothesis.specs(theta), runs), strict=True):
         made[index] = reading

@@ -137,10 +137,7 @@ def search(
         progress(f"so far: {_in_short(best.hypothesis)}", 0.4)
         round_ = further(best) if has_room(best) else []
     scoring, tried = evidence.scoring, {hypothesis: seen for hypothesis, (_, seen) in rounds.items()}
-    pruned, without = prune(evidence, best)
-    best = said_plainly(evidence, every_effect, nominal, pruned)
-    if best is not pruned:  # what stood beside the other word may say nothing beside this one
-        best, without = prune(evidence, best)
+    best, without = in_fewest_words(evidence, every_effect, nominal, best)
     untested = not best.hypothesis.terms
     predicted = best
     if untested:
@@ -262,6 +259,22 @@ def prune(evidence: Evidence, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
     own = [i for i, term in enumerate(best.hypothesis.terms) if term.own]
     known |= zip(own, in_parallel(partial(without_term, evidence, best), own), strict=True)
     return best, tuple(known[i] for i in range(len(best.hypothesis.terms)))
+
+
+def in_fewest_words(
+    evidence: Evidence, library: Library, nominal: Trial, best: Trial
+) -> tuple[Trial, tuple[Trial, ...]]:
+    """``prune``, and every effect by its plainest name; ``library``: what may be named.
+
+    What stood beside an effect may say nothing beside the plainer one; and what is left then may have a plainer name.
+    """
+    best, without = prune(evidence, best)
+    for _ in range(MOST_TERMS):
+        plain = said_plainly(evidence, library, nominal, best)
+        if plain is best:
+            break
+        best, without = prune(evidence, plain)
+    return best, without
 
 
 def without_term(evidence: Evidence, trial: Trial, index: int) -> Trial:

@@ -42,5 +42,5 @@ def test_what_is_left_of_two_plain_names_is_said_plainly_again(monkeypatch: pyte
     monkeypatch.setattr(
         search, "said_plainly", lambda evidence, library, nominal, best: plainer.get(best, best)
     )
-    found = in_fewest_words(None, None, None, "limit + slow")  # type: ignore[arg-type]
+    found: object = in_fewest_words(None, None, None, "limit + slow")  # type: ignore[arg-type]
     assert found == ("free", ("free",))

@@ -14,6 +14,7 @@ from snakebot.diagnosis.fit.trial import Trial
 
 # Share of the whole gap that a further effect must close, and below which a rest is not searched; chosen.
 LEAST_CLOSED = 0.005
+HALF = 0.5  # share of the gap that an explanation leaves at most, to be preferred to one that nothing tests; chosen
 # Held-out score that an effect must gain on the blocks that it changes: a tenth of their mean square; chosen.
 LEAST_GAIN = 0.05
 # Share of the mean square above the allowed one that a further effect takes away, from which ``CLEAR_SE`` is enough:
@@ -113,6 +114,18 @@ def closes_more(scoring: Scoring, trial: Trial, base: Trial, nominal: Trial) -> 
     side = scoring.of_ground if trial.hypothesis.terms[-1].stage == "body" else scoring.of_angles
     fell = excess(scoring, base, side) - excess(scoring, trial, side)
     return fell > LEAST_CLOSED * excess(scoring, nominal, side)
+
+
+def closes_half(scoring: Scoring, trial: Trial, nominal: Trial) -> bool:
+    """Whether at most half of the gap is left of the angles and over ground, wherever there is one."""
+    gap = gap_of(scoring, nominal.held_square)
+    return bool(trial.hypothesis.terms) and not any(
+        there and excess(scoring, trial, side) > HALF * excess(scoring, nominal, side)
+        for there, side in (
+            (gap.significant.any(), scoring.of_angles),
+            (gap.ground_significant, scoring.of_ground),
+        )
+    )
 
 
 def closed_enough(scoring: Scoring, trial: Trial, nominal: Trial) -> bool:

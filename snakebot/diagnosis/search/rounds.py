@@ -31,8 +31,9 @@ CLOSE_RACE = 0.25  # share of the winner's gain, within which rivals are cross-v
 FEWEST_TRIALS, MOST_TRIALS = 3, 6
 MOST_FURTHER = 3  # the most on top of an accepted effect, where only the best is needed; chosen
 # What a fit may leave of the gap over what the best leaves, to take as much away; and the most that are cross-validated
-# for that, where their score alone would not have them so. Chosen.
-CLOSE_LEFT, MOST_FOR_LEFT = 1.25, 2
+# for that, where their score alone would not have them so: none that gains no score at all, unless it leaves this share
+# of what its base leaves. Chosen.
+CLOSE_LEFT, MOST_FOR_LEFT, LITTLE_LEFT = 1.25, 2, 0.5
 MANY_TERMS = 3  # terms of an explanation that a first look at one more leaves as they are; chosen
 MANY_PARAMETERS = 8  # the same of parameters, fewer than a position loop has; chosen
 
@@ -60,12 +61,12 @@ def explore(
         return [], []
     near = [i for i in order if reached[i] >= (1 - CLOSE_RACE) * reached[order[0]]]
     fewest = 1 if _says_much(base) and evidence.predictor.simulator.needs_body(base.specs) else FEWEST_TRIALS
-    kept = [int(i) for i in dict.fromkeys([*order[:fewest], *near])][
+    kept = list(dict.fromkeys([*order[:fewest], *near]))[
         : MOST_FURTHER if base.hypothesis.terms else MOST_TRIALS
     ]
-    kept += _leave_least(scoring, fits, kept)
-    progress("holding out gaits", 0.8)
     chosen = [fits[i] for i in kept if reached[i] > 0]
+    chosen += _leave_least(scoring, fits, chosen, base)
+    progress("holding out gaits", 0.8)
     trials = ranked(scoring, held_out(evidence, chosen, base))
     if trials:
         trials = ranked(scoring, [*trials, *_widened(evidence, chosen, trials[0])])
@@ -77,18 +78,27 @@ def explore(
     return trials, fits
 
 
-def _leave_least(scoring: Scoring, fits: Sequence[Trial], kept: Sequence[int]) -> list[int]:
-    """Which of some fits take most of the gap away, where none of those ``kept`` does nearly as well: the score, a sum
-    of logarithms, would rather have a little of every joint's gap than most of one joint's that is far larger.
+def _leave_least(
+    scoring: Scoring, fits: Sequence[Trial], chosen: Sequence[Trial], base: Trial
+) -> list[Trial]:
+    """Which of some fits take most of the gap away, where none ``chosen`` does nearly as well: the score, a sum of
+    logarithms, would rather have a little of every joint's gap than most of one joint's that is far larger.
     """
-    left = np.array([excess_as_fitted(scoring, fit, scoring.of_angles) for fit in fits])
-    enough = CLOSE_LEFT * left.min()
-    if any(left[i] <= enough for i in kept):
+
+    def left(trial: Trial) -> float:
+        return excess_as_fitted(scoring, trial, scoring.of_angles)
+
+    little = LITTLE_LEFT * left(base)
+    least = {
+        fit.hypothesis: fit
+        for fit in sorted(fits, key=left, reverse=True)
+        if left(fit) < little or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0
+    }
+    first = list(least.values())[: -1 - MOST_FOR_LEFT : -1]
+    enough = CLOSE_LEFT * left(first[0]) if first else 0.0
+    if any(left(fit) <= enough for fit in chosen):
         return []
-    least: dict[Hypothesis, int] = {}
-    for i in np.argsort(left, kind="stable").tolist():
-        least.setdefault(fits[i].hypothesis, i)
-    return [i for i in least.values() if left[i] <= enough][:MOST_FOR_LEFT]
+    return [fit for fit in first if left(fit) <= enough]
 
 
 def _widened(evidence: Evidence, fits: Sequence[Trial], first: Trial) -> list[Trial]:

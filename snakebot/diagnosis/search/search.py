@@ -22,6 +22,7 @@ from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.acceptance import (
     accepted,
     closed_enough,
+    closes_half,
     closes_more,
     excess,
     excess_as_fitted,
@@ -138,13 +139,14 @@ def search(
         round_ = further(best) if has_room(best) else []
     scoring, tried = evidence.scoring, {hypothesis: seen for hypothesis, (_, seen) in rounds.items()}
     best, without = in_fewest_words(evidence, every_effect, nominal, best)
-    untested = not best.hypothesis.terms
-    predicted = best
-    if untested:
-        predicted = only_fitted(scoring, nominal, singles)
+    predicted, untested = best, False
+    if not closes_half(scoring, best, nominal):
+        found = only_fitted(scoring, nominal, singles)
+        untested = bool(found.hypothesis.terms) or not best.hypothesis.terms
         if (
-            predicted.hypothesis.terms
+            found.hypothesis.terms
         ):  # nothing is held out now: what else was tried is compared by its fit as well
+            predicted, without = found, ()
             singles = in_parallel(partial(as_fitted, evidence), singles)
             best = next(t for t in singles if t.hypothesis == predicted.hypothesis)
     return SearchResult(

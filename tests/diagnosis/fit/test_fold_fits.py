@@ -138,3 +138,12 @@ def test_delay_and_lag_that_few_runs_tell_apart_are_left_out_alike_with_the_body
     whole = run_trial(evidence, Hypothesis(terms), [start])
     score = evidence.scoring
     assert under_torques.score(score) == pytest.approx(whole.score(score), abs=0.02)
+
+
+def test_what_every_motion_shows_a_little_of_does_not_hide_a_cause_that_one_motion_shows() -> None:
+    """An offset is confirmed on motions left out, and closes next to nothing; the limit leaves next to nothing."""
+    effects = ["rate_limit:limit_rad_s=1.5", "servo_offset:offset_deg=1,joints=1"]
+    found = diagnose(make_session(bench(), effects, gaits=ONE_FAST), quick=True)
+    assert [cause.effect for cause in found.causes] == ["rate_limit"]
+    assert found.causes[0].probability <= 0.5
+    assert any("shows in one motion only" in warning for warning in found.warnings)

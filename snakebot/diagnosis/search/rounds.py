@@ -89,12 +89,11 @@ def _leave_least(
         return excess_as_fitted(scoring, trial, scoring.of_angles)
 
     little = LITTLE_LEFT * left(base)
-    least = {
-        fit.hypothesis: fit
-        for fit in sorted(fits, key=left, reverse=True)
-        if left(fit) < little or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0
-    }
-    first = list(least.values())[: -1 - MOST_FOR_LEFT : -1]
+    least: dict[Hypothesis, Trial] = {}
+    for fit in sorted(fits, key=left):
+        if left(fit) < little or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0:
+            least.setdefault(fit.hypothesis, fit)
+    first = list(least.values())[:MOST_FOR_LEFT]
     enough = CLOSE_LEFT * left(first[0]) if first else 0.0
     if any(left(fit) <= enough for fit in chosen):
         return []

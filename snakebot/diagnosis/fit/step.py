@@ -82,8 +82,9 @@ class Problem:
         """
         if self.near is None:
             raise TypeError("a problem without another near it")
+        there = self.residual(theta)  # first: the other problem takes its torques from this motion
         near = self.near(theta)
-        off = self.residual(theta) - near.residual(theta)
+        off = there - near.residual(theta)
         return replace(
             near,
             residual=lambda theta: near.residual(theta) + off,

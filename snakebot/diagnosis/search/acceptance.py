@@ -8,7 +8,7 @@ import numpy as np
 
 from snakebot.arrays import Bools
 from snakebot.diagnosis.evidence.blocks import CLEAR_SE, MeanDifference
-from snakebot.diagnosis.evidence.gap import gap_of
+from snakebot.diagnosis.evidence.gap import Gap, gap_of
 from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.trial import Trial
 
@@ -119,20 +119,18 @@ def closes_more(scoring: Scoring, trial: Trial, base: Trial, nominal: Trial) -> 
 def closes_half(scoring: Scoring, trial: Trial, nominal: Trial) -> bool:
     """Whether at most half of the gap is left of the angles and over ground, wherever there is one."""
     gap = gap_of(scoring, nominal.held_square)
-    return bool(trial.hypothesis.terms) and not any(
-        there and excess(scoring, trial, side) > HALF * excess(scoring, nominal, side)
-        for there, side in (
-            (gap.significant.any(), scoring.of_angles),
-            (gap.ground_significant, scoring.of_ground),
-        )
-    )
+    return bool(trial.hypothesis.terms) and not _leaves_more(scoring, trial, nominal, HALF, gap)
 
 
 def closed_enough(scoring: Scoring, trial: Trial, nominal: Trial) -> bool:
     """Whether too little for a further effect is left above what noise and tolerance allow."""
-    gap = gap_of(scoring, trial.held_square)
-    return not any(
-        there and excess(scoring, trial, side) > LEAST_CLOSED * excess(scoring, nominal, side)
+    return not _leaves_more(scoring, trial, nominal, LEAST_CLOSED, gap_of(scoring, trial.held_square))
+
+
+def _leaves_more(scoring: Scoring, trial: Trial, nominal: Trial, share: float, gap: Gap) -> bool:
+    """Whether more than a share of what ``nominal`` leaves is left, of the angles or over ground, where ``gap`` is."""
+    return any(
+        there and excess(scoring, trial, side) > share * excess(scoring, nominal, side)
         for there, side in (
             (gap.significant.any(), scoring.of_angles),
             (gap.ground_significant, scoring.of_ground),

@@ -84,20 +84,17 @@ def _leave_least(
     """Which of some fits take most of the gap away, where none ``chosen`` does nearly as well: the score, a sum of
     logarithms, would rather have a little of every joint's gap than most of one joint's that is far larger.
     """
-
-    def left(trial: Trial) -> float:
-        return excess_as_fitted(scoring, trial, scoring.of_angles)
-
-    little = LITTLE_LEFT * left(base)
+    left = {fit: excess_as_fitted(scoring, fit, scoring.of_angles) for fit in (base, *fits)}
+    little = LITTLE_LEFT * left[base]
     least: dict[Hypothesis, Trial] = {}
-    for fit in sorted(fits, key=left):
-        if left(fit) < little or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0:
+    for fit in sorted(fits, key=left.__getitem__):
+        if left[fit] < little or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0:
             least.setdefault(fit.hypothesis, fit)
     first = list(least.values())[:MOST_FOR_LEFT]
-    enough = CLOSE_LEFT * left(first[0]) if first else 0.0
-    if any(left(fit) <= enough for fit in chosen):
+    enough = CLOSE_LEFT * left[first[0]] if first else 0.0
+    if any(left[fit] <= enough for fit in chosen):
         return []
-    return [fit for fit in first if left(fit) <= enough]
+    return [fit for fit in first if left[fit] <= enough]
 
 
 def _widened(evidence: Evidence, fits: Sequence[Trial], first: Trial) -> list[Trial]:

@@ -143,9 +143,8 @@ def search(
     if not closes_half(scoring, best, nominal):
         found = only_fitted(scoring, nominal, singles)
         untested = bool(found.hypothesis.terms) or not best.hypothesis.terms
-        if (
-            found.hypothesis.terms
-        ):  # nothing is held out now: what else was tried is compared by its fit as well
+        if found.hypothesis.terms:
+            # nothing is held out now: what else was tried is compared by its fit as well
             predicted, without = found, ()
             singles = in_parallel(partial(as_fitted, evidence), singles)
             best = next(t for t in singles if t.hypothesis == predicted.hypothesis)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from snakebot.physics.model import STANDARD_GRAVITY_M_S2
 
 if TYPE_CHECKING:
     from snakebot.physics.model import ChainModel
-    from snakebot.robot import Robot
+    from snakebot.robot import Body, Robot
 
 
 FILTER_STEP_S = 2e-3  # of servo filters, counted from time zero; chosen: as the grid of predictions
@@ -77,6 +77,8 @@ class Stages:
         """The body on its ground, all body effects in it; None on a bench."""
         if self.robot.body is None:
             return None
+        if not any(spec.effect.stage == "body" for spec in self.specs):
+            return _as_described(self.robot.body)
         ground = Ground(self.robot.body)
         for spec in self.specs:
             spec.effect.write_ground(ground, spec, self.robot)
@@ -185,6 +187,12 @@ def assemble(robot: Robot, specs: Iterable[EffectSpec | str] = (), *, own_effect
     given = tuple(part for spec in given for part in spec.by_joint())
     order = {name: rank for rank, name in enumerate(effects())}
     return Stages(robot, tuple(sorted(given, key=lambda spec: order[spec.name])))
+
+
+@lru_cache(maxsize=16)
+def _as_described(body: Body) -> ChainModel:
+    """A body without any effect: a diagnosis asks for the same one thousands of times."""
+    return Ground(body).model()
 
 
 def arm_of(robot: Robot) -> Arm | None:

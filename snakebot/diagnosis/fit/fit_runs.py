@@ -20,7 +20,7 @@ from snakebot.diagnosis.evidence.predictor import Predictor
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.evidence.tolerance import ShiftLimits, StackedTimes, shifts_s
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
-from snakebot.diagnosis.fit.least_squares import Fit, minimise, multi_start
+from snakebot.diagnosis.fit.least_squares import Fit, Linearised, minimise, multi_start
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.effects.spec import EffectSpec
 
@@ -67,11 +67,13 @@ def of_body(hypothesis: Hypothesis) -> Bools:
 class Fitted(NamedTuple):
     """Parameters ``theta`` (p,), their ``covariance`` (p, p), nan where nothing was fitted, and the ``information``
     (p,) of the runs on each: see ``Fit``; zero where none of the runs shows its side, nan where it was not fitted.
+    ``angles``: the fit of the angles as a problem, and that about ``theta``; where all were fitted, with a covariance.
     """
 
     theta: Floats
     covariance: Floats
     information: Floats
+    angles: tuple[Problem, Linearised] | None = None
 
 
 def fit_runs(
@@ -98,7 +100,7 @@ def fit_runs(
     best = np.array(starts[0], dtype=np.float64) if len(starts) else np.zeros(0)
     spread, information = np.full((count, count), np.nan), np.full(count, np.nan)
     box = Box.of(hypothesis.parameters)
-    body = of_body(hypothesis)
+    body, angles = of_body(hypothesis), None
     for side in sides:
         mine = body if side else ~body
         if only is not None:
@@ -137,7 +139,9 @@ def fit_runs(
         best[mine] = problem.of_all(fit.theta)
         spread[np.ix_(mine, mine)] = problem.of_all(fit.covariance)
         information[mine] = problem.of_all(fit.information)
-    return Fitted(best, spread, information)
+        if not side and only is None and fit.about is not None:
+            angles = problem, fit.about
+    return Fitted(best, spread, information, angles)
 
 
 def _under_loads_of(

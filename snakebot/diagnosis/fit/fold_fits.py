@@ -34,12 +34,13 @@ FAR_STEPS = 20  # iterations from the usual value, which may be far; chosen
 BODY_FAR_STEPS = 5  # the same where each takes a simulation of the body; chosen
 
 
-def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Floats]:
-    """Parameters (p,) fitted to each fold's runs, from ``theta``, which was fitted to all; nan for an effect that those
-    runs say nothing of. They say something of a parameter if it differs from its usual value, or could, by ``CLEAR_SE``
+def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, of_all: Fitted) -> list[Floats]:
+    """Parameters (p,) fitted to each fold's runs, from those that were fitted to all; nan for an effect that those runs
+    say nothing of. They say something of a parameter if it differs from its usual value, or could, by ``CLEAR_SE``
     standard errors.
     """
-    known = _near(evidence, hypothesis, theta)
+    theta = of_all.theta
+    known = _near(evidence, hypothesis, of_all)
     size = _sizes(hypothesis, theta)
     return [
         _without_uninformed(
@@ -63,10 +64,12 @@ def _sizes(hypothesis: Hypothesis, theta: Floats) -> Floats:
     return np.asarray(np.maximum(believed, np.abs(np.where(box.logarithmic, np.log(ratio), inside - usual))))
 
 
-def _near(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Fitted]:
-    """Fits to each fold's runs from ``theta``. Where the whole body must be simulated, or joints have values of their
-    own, parameters of what comes before the ground take one step from there: what a run more or less changes is little.
+def _near(evidence: Evidence, hypothesis: Hypothesis, of_all: Fitted) -> list[Fitted]:
+    """Fits to each fold's runs from the one to all. Where the whole body must be simulated, or joints have values of
+    their own, parameters of what comes before the ground take one step from there: what a run more or less changes is
+    little.
     """
+    theta = of_all.theta
     costly = evidence.predictor.simulator.needs_body(hypothesis.specs(theta))
     costly |= any(term.own for term in hypothesis.terms)
     sides = (True,) if costly else (True, False)
@@ -78,25 +81,27 @@ def _near(evidence: Evidence, hypothesis: Hypothesis, theta: Floats) -> list[Fit
     if not (costly and mine.any()):
         return found
 
-    whole = specs_from(hypothesis, theta, mine)
-    problem = angle_problem(
-        evidence.angles,
-        evidence.predictor.simulator,
-        hypothesis,
-        whole,
-        evidence.split.free,
-        Box.of(hypothesis.parameters).among(mine),
-        rough=False,
-        mine=mine,
-        at=theta,
-    )
+    problem, about = of_all.angles or (None, None)
+    if problem is None:
+        problem = angle_problem(
+            evidence.angles,
+            evidence.predictor.simulator,
+            hypothesis,
+            specs_from(hypothesis, theta, mine),
+            evidence.split.free,
+            Box.of(hypothesis.parameters).among(mine),
+            rough=False,
+            mine=mine,
+            at=theta,
+        )
     if problem is None:
         return found
     uses = [
         np.isin(evidence.scoring.run, fold.fit)[problem.block] & (problem.block >= 0)
         for fold in evidence.split.folds
     ]
-    for fit, part in zip(found, refit(problem, problem.for_each(theta[mine]), uses), strict=True):
+    near = refit(problem, problem.for_each(theta[mine]), uses, about)
+    for fit, part in zip(found, near, strict=True):
         fit.theta[mine] = problem.of_all(part.theta)
         fit.information[mine] = problem.of_all(part.information)
     return found
@@ -144,7 +149,7 @@ def _without_uninformed(
         body = of_body(hypothesis)
         shared = hypothesis.touches(evidence.data.joints)[:, near].any(axis=1) & ~body
         only &= ~stay & (shared | (body & (far & body).any()))
-    elif simulator.always_needs_body(hypothesis.specs(start)):
+    if not given and simulator.always_needs_body(hypothesis.specs(start)):
         steps = BODY_FAR_STEPS
     found = fit_runs(evidence, hypothesis, [start], fold.fit, steps, only=only, loads_of=of_all_runs).theta
     if given:

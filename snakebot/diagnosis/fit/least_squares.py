@@ -30,7 +30,10 @@ from snakebot.diagnosis.fit.step import (
 USUAL_STEPS = 25  # iterations where the caller asks for no other number; chosen
 FEWEST_WIDE_STEPS = 5  # of the search by plain least squares that goes before; chosen
 SMALL_FALL = 1e-4  # relative fall of the cost below which a unit is done; chosen
-SMALL_PROMISE = 1e-4  # share of ``SMALL_FALL``: a step that promises less is not tried; chosen
+# The same where a residual takes a body: a third of a standard error of a parameter, for samples that are alike for a
+# second, and a thirtieth of the score that counts as none; chosen.
+COSTLY_FALL = 1e-3
+SMALL_PROMISE = 1e-4  # share of that fall: a step that promises less is not tried; chosen
 DAMPING = 1e-3  # of a first step, share of the curvature; chosen
 LESS_DAMPING, MORE_DAMPING = 0.2, 8.0  # factors on it after a step that lowered the cost, or did not; chosen
 # Share of a step that did not lower the cost, that is tried next: where a parabola through what is known of the cost
@@ -55,6 +58,7 @@ class Fit:
         residual: (N, U') at ``theta``.
         covariance: (U, p, p) of ``theta``, robust to correlation within blocks.
         information: (U, p) on each parameter, where the search began, see ``information_on``.
+        about: the problem about ``theta``, where that was worked out for the covariance.
     """
 
     theta: Floats
@@ -63,6 +67,23 @@ class Fit:
     covariance: Floats
     information: Floats
     evaluations: int
+    about: Linearised | None = None
+
+
+class Linearised(NamedTuple):
+    """A problem about some parameters.
+
+    Attributes:
+        z: (U, p) the parameters on the fitted scale.
+        residual: (N, U').
+        jacobian: (p, N, U') its slopes on that scale.
+        weight: (N, U') of each residual.
+    """
+
+    z: Floats
+    residual: Floats
+    jacobian: Floats
+    weight: Floats
 
 
 class Refit(NamedTuple):
@@ -86,6 +107,7 @@ def minimise(
     # Where a residual takes a body, a failure must not be repeated nearly unchanged. Elsewhere it may be: the damping
     # that ends that also turns the step, which leads further along a narrow valley.
     costly = problem.is_costly
+    small_fall = COSTLY_FALL if costly else SMALL_FALL
     active = np.ones(units, dtype=bool)
     jacobian, stale, whole = np.zeros((0, *residual.shape)), True, True
     guessed = np.zeros(units, dtype=bool)  # units whose slopes were carried along by a secant
@@ -102,7 +124,7 @@ def minimise(
             step[u], promise[u] = damped_step(problem, u, jacobian, residual, weight, damping[u], z[u])
         step *= length[:, None]
         part = length * (2 - length)  # of what a whole step promises
-        step[part * promise < SMALL_PROMISE * SMALL_FALL * cost] = 0.0
+        step[part * promise < SMALL_PROMISE * small_fall * cost] = 0.0
         going = np.any(step != 0, axis=1)
         stale = bool(np.any(active & ~going & guessed))
         active &= going | guessed
@@ -121,7 +143,7 @@ def minimise(
             length = np.where(fell, 1.0, length * share)
             if problem.secant:  # not repeated for that little
                 fall = np.where(fell, fall, np.minimum(fall, shorter_fall))
-        small = fall <= SMALL_FALL * np.maximum(cost, 1e-9)
+        small = fall <= small_fall * np.maximum(cost, 1e-9)
         moved = fell[problem.unit]
         if problem.secant:
             carry_slopes(problem, jacobian, trial - z, np.where(moved, trial_residual - residual, 0.0), fell)
@@ -143,15 +165,17 @@ def minimise(
             break
     theta = from_scale(z, problem)
     spread = np.full((units, p, p), np.nan)
+    about = None
     if covariance:
         if stale or not whole or guessed.any():
             jacobian = jacobian_at(problem, z, residual)
             evaluations += p
+        about = Linearised(z, residual, jacobian, weight)
         for unit in range(units):
             spread[unit] = sandwich(problem, unit, jacobian, residual, weight)
         scale = np.where(problem.logarithmic, theta, 1.0)
         spread *= scale[:, :, None] * scale[:, None, :]
-    return Fit(theta, cost, residual, spread, information, evaluations)
+    return Fit(theta, cost, residual, spread, information, evaluations, about)
 
 
 def _shorter(promise: Floats, rise: Floats) -> tuple[Floats, Floats]:
@@ -197,12 +221,15 @@ def multi_start(
     return minimise(problem, best.theta, 1, covariance=True) if covariance else best
 
 
-def refit(problem: Problem, theta: Floats, uses: Sequence[Bools]) -> list[Refit]:
+def refit(
+    problem: Problem, theta: Floats, uses: Sequence[Bools], about: Linearised | None = None
+) -> list[Refit]:
     """Minima near ``theta`` (U, p) of each unit's cost where only some residuals count, one for each of ``uses``
     (N, U'): one Gauss-Newton step each, from one simulation and one Jacobian that all share. A step that does not lower
     the cost is damped more; where a residual takes a body, as far as a cheaper one can say that, if there is one.
+    ``about``: the problem about ``theta``, where it is known.
     """
-    z, residual, jacobian, weight = linearised(problem, theta)
+    z, residual, jacobian, weight = about or linearised(problem, theta)
     judge, judged = problem.cheaper(from_scale(z, problem))
     if judge is not None:
         here = residual if judge is problem else judge.residual(from_scale(z, problem))
@@ -229,14 +256,12 @@ def refit(problem: Problem, theta: Floats, uses: Sequence[Bools]) -> list[Refit]
     return out
 
 
-def linearised(problem: Problem, theta: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    """About ``theta`` (U, p): where that is on the fitted scale (U, p), residuals (N, U'), their slopes (p, N, U') on
-    that scale, and weights (N, U').
-    """
+def linearised(problem: Problem, theta: Floats) -> Linearised:
+    """A problem about ``theta`` (U, p)."""
     z = np.clip(to_scale(theta, problem), problem.low, problem.high)
     residual = problem.residual(from_scale(z, problem))
     _, weight = Weights(problem).cost(residual)
-    return z, residual, jacobian_at(problem, z, residual), weight
+    return Linearised(z, residual, jacobian_at(problem, z, residual), weight)
 
 
 def _is_idle(problem: Problem, residual: Floats, units: int) -> Bools:

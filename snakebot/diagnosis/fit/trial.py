@@ -21,8 +21,8 @@ from snakebot.effects.spec import EffectSpec
 FULL_STEPS = 30  # iterations of a fit; chosen
 FIRST_STEPS = 10  # iterations of a first look at one effect on every joint; chosen
 ROUGH_STEPS = 6  # iterations of a first look where the whole body must be simulated; chosen
-# Readings of joints that a first look is made on, where there are more: five joints for two minutes at 100 Hz; chosen.
-FIRST_SAMPLES = 60_000
+# Readings of joints that a first look is made on, where there are more: five joints for a minute at 100 Hz; chosen.
+FIRST_SAMPLES = 30_000
 BODY_STEPS = 12  # iterations of a fit where the whole body must be simulated, and a start is near; chosen
 # Iterations after which such a fit is given up where it is behind another explanation by so many standard errors, and
 # by so much held-out score, a fifth of the mean square: the rest of them does not make up for that; chosen.
@@ -56,6 +56,11 @@ class Trial:
     @property
     def specs(self) -> tuple[EffectSpec, ...]:
         return self.hypothesis.specs(self.theta)
+
+    @property
+    def is_held_out(self) -> bool:
+        """Whether it was cross-validated: a fit that was not is taken for what it predicts."""
+        return self.held_square is not self.fitted_square
 
     def score(self, scoring: Scoring) -> float:
         """Mean held-out score over the deciding blocks."""
@@ -126,12 +131,14 @@ def run_trial(
     last: bool | None = None,
     most_steps: int = FULL_STEPS,
     fitted_runs: Sequence[int] | None = None,
+    interval: bool | None = None,
 ) -> Trial:
     """Fit ``hypothesis`` from each of ``starts`` (p,), and cross-validate it unless ``cross`` is False.
 
-    ``rough``: a first look, with loads of the measured motion, no interval; where the whole body must be simulated
-    even so, with two runs, and all terms but the last as they start. ``last``: these so in any case, or in none.
-    ``fitted_runs``: those that are fitted, if others than these.
+    ``rough``: a first look, with loads of the measured motion; where the whole body must be simulated even so, with
+    two runs, and all terms but the last as they start. ``last``: these so in any case, or in none. ``fitted_runs``:
+    those that are fitted, if others than these. ``interval``: whether a covariance is worked out; None: where it is
+    cross-validated.
     """
     runs, steps = first_runs(evidence) if rough else evidence.split.free, most_steps
     specs = hypothesis.specs(starts[0]) if len(starts) else ()
@@ -146,12 +153,21 @@ def run_trial(
     only = np.arange(count) >= count - len(hypothesis.terms[-1].open) if last else None
     keep = hypothesis.followed
     used = runs if fitted_runs is None else fitted_runs
-    theta, covariance, _ = fit_runs(
-        evidence, hypothesis, starts, used, steps, keep, covariance=not rough, rough=rough, only=only
+    fit = fit_runs(
+        evidence,
+        hypothesis,
+        starts,
+        used,
+        steps,
+        keep,
+        covariance=cross if interval is None else interval,
+        rough=rough,
+        only=only,
     )
+    theta, covariance = fit.theta, fit.covariance
     fold_theta = [theta] * len(evidence.split.folds)
     if cross and theta.size:
-        fold_theta = fold_thetas(evidence, hypothesis, theta)
+        fold_theta = fold_thetas(evidence, hypothesis, fit)
     return _scored(evidence, hypothesis, theta, covariance, fold_theta, cross=cross, rough=rough)
 
 

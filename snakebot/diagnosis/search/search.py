@@ -75,6 +75,11 @@ class SearchResult:
     untested: bool = False
     seen_in_scatter: bool = False
 
+    def known(self, hypothesis: Hypothesis) -> Trial | None:
+        """An explanation as it was tried on runs left out; None if it was not."""
+        parts = (trial for trial in self.without if trial.is_held_out)
+        return next((t for t in (*self.path, *self.singles, *parts) if t.hypothesis == hypothesis), None)
+
 
 def search(
     evidence: Evidence,
@@ -288,7 +293,7 @@ def without_term(evidence: Evidence, trial: Trial, index: int) -> Trial:
 
 def as_fitted(evidence: Evidence, trial: Trial) -> Trial:
     """The same explanation with nothing held out."""
-    return run_trial(evidence, trial.hypothesis, [trial.theta], cross=False)
+    return run_trial(evidence, trial.hypothesis, [trial.theta], cross=False, interval=True)
 
 
 def only_fitted(scoring: Scoring, nominal: Trial, singles: Sequence[Trial]) -> Trial:

@@ -116,7 +116,7 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
     by_chance = found.seen_in_scatter and "scatter" in find_effect(term.effect).shows_in
     theta = best.hypothesis.split(best.theta)[index]
     alone = Hypothesis((term,))
-    single = next((t for t in found.singles if t.hypothesis == alone), None)
+    single = found.known(alone)
     if single is None and len(best.hypothesis.terms) > MANY_TERMS:
         single = trial_at(evidence, alone, theta)
     single = single or run_trial(evidence, alone, [theta])

@@ -145,7 +145,7 @@ def _steps(evidence: Evidence, found: SearchResult, best: Trial) -> Steps:
     trials = [found.nominal]
     for count in range(1, len(best.hypothesis.terms)):
         part = Hypothesis(best.hypothesis.terms[:count])
-        known = next((t for t in (*found.path, *found.singles) if t.hypothesis == part), None)
+        known = found.known(part)
         start = np.concatenate(best.hypothesis.split(best.theta)[:count])
         if (
             known is None and len(best.hypothesis.terms) > MANY_TERMS

@@ -39,11 +39,18 @@ class Loss:
         from scipy.signal import lfilter
 
         p = self.probability
+
+        def held(part: Floats) -> Floats:
+            kept: Floats = lfilter([1.0 - p], [1.0, -p], part, axis=0, zi=p * part[:1])[0]
+            return kept
+
+        if not np.isnan(table).any():
+            return held(table)
         out = table.copy()
         for column in out.T:
             edges = np.flatnonzero(np.diff(np.isnan(column))) + 1
             for part in np.split(column, edges):
-                part[:] = lfilter([1.0 - p], [1.0, -p], part, zi=p * part[:1])[0]
+                part[:] = held(part)
         return out
 
 

@@ -110,6 +110,14 @@ def test_an_excluded_effect_is_never_named_and_its_case_is_not_explained_with_co
     assert found.verdict == "unexplained" or all(c.probability < 0.7 for c in found.causes)
 
 
+def test_noise_that_may_not_be_named_is_told_all_the_same() -> None:
+    session = make_session(bench(), noise_deg=0.6)
+    assert [c.effect for c in diagnose(session).causes] == ["encoder_noise"]
+    without = diagnose(session, exclude=("encoder_noise",))
+    assert (without.verdict, without.causes, without.where.joints) == ("unexplained", (), (1, 2))
+    assert any("scatter" in warning for warning in without.warnings)
+
+
 def test_what_no_effect_can_do_is_unexplained_and_located() -> None:
     session = make_session(bench())
     runs = []

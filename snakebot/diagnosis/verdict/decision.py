@@ -29,7 +29,8 @@ class VerdictFacts:
         noisy: whether the encoders scatter more than they should.
         in_scatter: the cause shows in how the readings scatter.
         in_scatter_alone: the cause shows in how the readings scatter, and the joint angles are right in the mean.
-        floor_hides_gap: runs of the same motion are as far apart as they are off their prediction.
+        floor_hides_gap: runs of the same motion are as far apart as they are off their prediction, or readings scatter
+            as nothing that may be named explains.
         rest_held_out: what is left over in the runs that the user holds out, where it is a reason for a verdict.
     """
 
@@ -92,12 +93,14 @@ class Judgement:
 
 def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgement:
     """Weigh the gap, what the best explanation leaves of it, and the runs that the user holds out."""
-    scoring, doubts = evidence.scoring, evidence.floor.doubts
+    scoring = evidence.scoring
     warnings: list[str] = []
     gap = gap_of(scoring, found.nominal.held_square)
     # Where set-points are lost at random, servos jump from sample to sample: that scatter is no encoder's.
-    tells_noise = options.may_name(noise_effect().name) and not found.seen_in_scatter
-    noise = noisy_encoders(evidence.data, evidence.floor) if tells_noise else None
+    scatter = None if found.seen_in_scatter else noisy_encoders(evidence.data, evidence.floor)
+    noise = scatter if options.may_name(noise_effect().name) else None
+    unnamed = {} if scatter is None or noise is not None else scatter.doubts
+    doubts = {**unnamed, **evidence.floor.doubts}
     # the motion over ground is told from the readings: where they are not the motion, an effect of the body is a guess
     why_not = _why_no_ground(found, noise) if not gap.significant.any() else None
     if why_not is not None and gap.ground_significant:

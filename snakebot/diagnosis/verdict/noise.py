@@ -30,6 +30,15 @@ class EncoderScatter:
     std_deg: float
     ci95: tuple[float, float]
 
+    @property
+    def doubts(self) -> dict[int, str]:
+        """By joint (0-based), what to say where no noise of the encoders may be named."""
+        return {
+            joint - 1: f"joint {joint}: readings scatter from sample to sample more than an encoder's should "
+            f"({self.std_deg:.2g} deg), and noise of the encoders may not be named"
+            for joint in self.joints
+        }
+
 
 def noise_effect() -> Effect:
     """The effect that shows in the scatter of the readings alone."""

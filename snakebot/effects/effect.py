@@ -26,11 +26,18 @@ Start = dict[str, float | tuple[float, ...]]
 Moment = Literal["mean", "scatter"]
 
 
+NO_TORQUE = 0.05  # share of the usual load, below which a servo holds nothing; chosen
+
+
 class Usual(NamedTuple):
     """What servos usually bear and how fast joints usually turn: root mean squares; 0 where that is not known."""
 
     load_nm: float
     rate_rad_s: float
+
+    def is_no_torque(self, torque_nm: float) -> bool:
+        """Whether a servo that gives so much at most holds next to nothing of what servos usually bear."""
+        return torque_nm < NO_TORQUE * self.load_nm
 
 
 class Setting(NamedTuple):

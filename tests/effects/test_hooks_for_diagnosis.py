@@ -136,6 +136,7 @@ def test_a_motor_that_hardly_turns_beside_what_it_could_has_a_limit_of_torque() 
         {"limit_nm": 1.5},
     )
     assert motor.plainer({"no_load_rad_s": 10.0, "stall_nm": 1.5}, usual) is None
+    assert motor.plainer({"no_load_rad_s": 10.0, "stall_nm": 0.01}, usual) == ("joint_free", {})
     assert (
         motor.plainer({"no_load_rad_s": 25.0, "stall_nm": 1.5}, Usual(1.0, 0.0)) is None
     )  # no speed is known

@@ -244,7 +244,7 @@ def _elsewhere(evidence: Evidence, library: Library, best: Trial) -> Trial:
 
 
 def prune(evidence: Evidence, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
-    """Take out every effect without which the explanation does as well.
+    """Take out every effect without which the explanation does as well, first those after which least is said.
 
     What is left is also compared with the whole explanation: small losses add up. Everyday effects that joints have
     values of their own of stay: joint by joint, it was tried to do without them.
@@ -256,7 +256,7 @@ def prune(evidence: Evidence, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
         shared = [i for i, term in enumerate(best.hypothesis.terms) if not term.own]
         less = in_parallel(partial(without_term, evidence, best), shared)
         spare = (t for t in less if not any(accepted(evidence.scoring, more, t) for more in (best, whole)))
-        better = next(spare, None)
+        better = min(spare, key=lambda t: t.theta.size, default=None)
         spared = better is not None
         best = better or best
     if len(best.hypothesis.terms) < 2:

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Recorded, Robot
 
-NO_TORQUE = 0.05  # share of the usual load, below which a limit holds nothing; chosen
-
 
 class TorqueLimit(Effect):
     name = "torque_limit"
@@ -71,7 +69,7 @@ class TorqueLimit(Effect):
 
     def plainer(self, values: Mapping[str, float], usual: Usual) -> tuple[str, Start] | None:
         """A servo that holds next to nothing is dead."""
-        return ("joint_free", {}) if values["limit_nm"] < NO_TORQUE * usual.load_nm else None
+        return ("joint_free", {}) if usual.is_no_torque(values["limit_nm"]) else None
 
     def applies_to(self, robot: Robot) -> bool:
         return knows_load(robot)

@@ -86,8 +86,10 @@ class TorqueSpeed(Effect):
 
     def plainer(self, values: Mapping[str, float], usual: Usual) -> tuple[str, Start] | None:
         """A motor that no usual load slows has a constant limit of speed; one that usually hardly turns, beside what it
-        could, has a constant limit of torque.
+        could, has a constant limit of torque. One that holds next to nothing is dead.
         """
+        if usual.is_no_torque(values["stall_nm"]):
+            return "joint_free", {}
         if 0 < usual.load_nm < NO_LOAD * values["stall_nm"]:
             return "rate_limit", {"limit_rad_s": values["no_load_rad_s"]}
         if 0 < usual.rate_rad_s < NO_SPEED * values["no_load_rad_s"]:

@@ -33,19 +33,6 @@ REWEIGHTED, AT_REST = 50, 0.02
 # chosen. Some ten turns are the rule.
 MOST_TURNS, AT_MINIMUM = 200, 1e-9
 SHAPE_TOLERANCE = 0.02  # share of what the nominal lag changes, that a sound servo may differ by; chosen
-# Iterations of the reweighted least squares at most, and the change of a share, in standard deviations, from which on
-# it goes on; chosen. Three are the rule; where a whole run is off at first, forty have been seen.
-REWEIGHTED, AT_REST = 50, 0.02
-# Turns of the search within bounds at most, which ends where no share changes by more than this part of its standard
-# error; chosen. A handful are the rule.
-MOST_TURNS, AT_MINIMUM = 50, 1e-9
-SHAPE_TOLERANCE = 0.02  # share of what the nominal lag changes, that a sound servo may differ by; chosen
-# Iterations of the reweighted least squares at most, and the change of a share, in standard deviations, from which on
-# it goes on; chosen. Three are the rule; where a whole run is off at first, forty have been seen.
-REWEIGHTED, AT_REST = 50, 0.02
-# Sweeps over all shares at most within one of these iterations, and the change of a share, in its standard errors,
-# below which there are no more; chosen. Some hundred are the rule, a thousand has been seen.
-MOST_SWEEPS, AT_MINIMUM = 5000, 1e-7
 SAG_TOLERANCE_RAD_NM = 2e-3  # to which a sound servo holds its angle under load, rad per N m; chosen
 
 

@@ -32,7 +32,6 @@ REWEIGHTED, AT_REST = 50, 0.02
 # Turns of the search within bounds at most, and the slope that holds a share at its bound, in its standard errors;
 # chosen. Some ten turns are the rule.
 MOST_TURNS, AT_MINIMUM = 200, 1e-9
-SHAPE_TOLERANCE = 0.02  # share of what the nominal lag changes, that a sound servo may differ by; chosen
 SAG_TOLERANCE_RAD_NM = 2e-3  # to which a sound servo holds its angle under load, rad per N m; chosen
 
 

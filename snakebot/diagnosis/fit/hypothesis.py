@@ -101,6 +101,16 @@ class Hypothesis:
         return tuple(p for term in self.terms for p in term.open)
 
     @property
+    def side_by_side(self) -> list[list[int]]:
+        """Places of all parameters; those together that are the same of joints that each have their own."""
+        found, first = [], 0
+        for term in self.terms:
+            count = len(term.open_of_one)
+            found += [list(range(first + k, first + len(term.open), count)) for k in range(count)]
+            first += len(term.open)
+        return found
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Distinct effects in the order of the terms."""
         return tuple(dict.fromkeys(term.effect for term in self.terms))

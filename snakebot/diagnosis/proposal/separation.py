@@ -21,7 +21,7 @@ from snakebot.diagnosis.evidence.tolerance import SHAPE_TOLERANCE, StackedTimes,
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.proposal.menu import RAMP_S, MenuMotion
-from snakebot.effects.prediction import joint_run
+from snakebot.effects.prediction import JointRun, joint_run
 from snakebot.effects.servo_stage import ServoRun
 from snakebot.effects.spec import EffectSpec
 from snakebot.effects.stages import Stages, assemble
@@ -86,11 +86,14 @@ class SimulatedMotion:
 
     def shown(self, specs: Sequence[EffectSpec]) -> tuple[Floats, Floats | None]:
         """Readings (N, k) and the motion over ground (3,), if it is measured."""
+        stages, made = self._made(specs)
+        return made.reading_rad, self._ground(stages, made.angle_rad) if self.measures_ground else None
+
+    def _made(self, specs: Sequence[EffectSpec]) -> tuple[Stages, JointRun]:
         if self.option.lifted:
             specs = [s for s in specs if s.effect.stage != "body"]  # what the ground does to it is gone
         stages = assemble(self.robot, specs)
-        made = joint_run(stages, ServoRun(self.t_s, stages.link(self.t_s, self.command)))
-        return made.reading_rad, self._ground(stages, made.angle_rad) if self.measures_ground else None
+        return stages, joint_run(stages, ServoRun(self.t_s, stages.link(self.t_s, self.command)))
 
     def _ground(self, stages: Stages, angle: Floats) -> Floats | None:
         from snakebot.diagnosis.evidence.ground import Window, window_features
@@ -109,6 +112,8 @@ class SimulatedMotion:
 
     def with_turns(self, trial: Trial, fit: Shown) -> Shown:
         """The same with every direction in which the parameters may be off."""
+        if any(term.own for term in trial.hypothesis.terms):
+            return Shown(fit.angle, fit.ground, self._turns_of_many(trial))
         turns = []
         for step in directions(trial):
             theta, share = _moved(trial, step)
@@ -118,6 +123,39 @@ class SimulatedMotion:
             over_ground = None if ground is None or fit.ground is None else (ground - fit.ground) / share
             turns.append(((angle - fit.angle) / share, over_ground))
         return Shown(fit.angle, fit.ground, tuple(turns))
+
+    def _turns_of_many(self, trial: Trial) -> tuple[tuple[Floats, Floats | None], ...]:
+        """The turns of an explanation in which joints have values of their own: sums of the changes by each parameter.
+
+        A value of its own on every joint is changed on all of them at once, and a joint's change is taken for what its
+        own value does: what it does to other joints by their loads is little beside that.
+        """
+        hypothesis, theta = trial.hypothesis, trial.theta
+        lower, upper, _, _ = Box.of(hypothesis.parameters)
+        steps = directions(trial)
+        size = np.sqrt(np.sum(np.square(steps), axis=0)) if steps else np.zeros(theta.size)
+        size = np.where(theta + size <= upper, size, -np.minimum(size, theta - lower))
+        stages, base = self._made(trial.specs)
+        angle = np.zeros((theta.size, *base.reading_rad.shape))
+        ground = np.zeros((theta.size, 3)) if self.measures_ground else None
+        start = self._ground(stages, base.angle_rad) if self.measures_ground else None
+        touches = hypothesis.touches(base.reading_rad.shape[1])
+        for together in hypothesis.side_by_side:
+            moved = theta.copy()
+            moved[together] += size[together]
+            stages, made = self._made(hypothesis.specs(moved))
+            for i in (i for i in together if size[i] != 0.0):
+                mine = touches[i] if len(together) > 1 else np.ones_like(touches[i])
+                angle[i][:, mine] = (made.reading_rad - base.reading_rad)[:, mine] / size[i]
+                if ground is not None and start is not None:
+                    true = base.angle_rad.copy()
+                    true[:, mine] = made.angle_rad[:, mine]
+                    other = self._ground(stages, true)
+                    ground[i] = 0.0 if other is None else (other - start) / size[i]
+        return tuple(
+            (np.tensordot(step, angle, axes=1), None if start is None or ground is None else step @ ground)
+            for step in steps
+        )
 
 
 def lead_of(

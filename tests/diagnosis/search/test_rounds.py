@@ -48,7 +48,7 @@ def test_a_joint_that_bends_by_many_degrees_is_found(stiffness_nm_rad: float) ->
 def test_what_takes_most_of_the_gap_away_is_held_out_though_its_score_is_low() -> None:
     """The score would rather have a little of the gap of all joints than most of the far larger one of one joint."""
     worn = ["backlash:width_deg=2,loaded=1", "servo_offset:offset_deg=0.8"]
-    evidence = gather(prepare(make_session(snake(), [*worn, "compliance:stiffness_nm_rad=5.5,joints=2"])))
+    evidence = gather(prepare(make_session(snake(), [*worn, "compliance:stiffness_nm_rad=7,joints=2"])))
     library = usable_effects(evidence.data, over_ground=False)
     loose = Hypothesis((Term("backlash", None, (("loaded", 1.0),)),))
     base = run_trial(evidence, loose, [np.array([2.0])])

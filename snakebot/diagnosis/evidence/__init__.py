@@ -9,8 +9,8 @@ In: a session (``runlog.Session``). Out: one frozen record, ``gather.Evidence``,
   motion over ground and what no effect changes.
 * ``repeats`` and ``floor``: the noise floor, from runs of one motion (``runlog.matching``). A robot that changed
   between two of them is not noise.
-* ``tolerance``: what the nominal numbers may be off by. ``angles`` and ``ground_evidence`` hold what was measured with
-  the spread that noise and tolerance allow it.
+* ``tolerance``: what the nominal numbers may be off by, in shares that ``within_bounds`` finds. ``angles`` and
+  ``ground_evidence`` hold what was measured with the spread that noise and tolerance allow it.
 * ``blocks``, ``score``, ``gap``: residuals are compared in blocks of a second by a Cauchy loss; a gap is a residual
   above the allowed spread.
 * ``folds``: which runs are fitted and which are only predicted. Runs of one motion are never on both sides.

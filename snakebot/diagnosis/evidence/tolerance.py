@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from snakebot.arrays import Floats, Ints
+from snakebot.diagnosis.evidence.within_bounds import minimum_within
 from snakebot.physics.compiled import jit
 from snakebot.robot import Robot
 
@@ -29,9 +30,6 @@ SHAPE_TOLERANCE = 0.02  # share of what the nominal lag changes, that a sound se
 # Iterations of the reweighted least squares at most, and the change of a share, in standard deviations, from which on
 # it goes on; chosen. Three are the rule; where a whole run is off at first, forty have been seen.
 REWEIGHTED, AT_REST = 50, 0.02
-# Turns of the search within bounds at most, and the slope that holds a share at its bound, in its standard errors;
-# chosen. Some ten turns are the rule.
-MOST_TURNS, AT_MINIMUM = 200, 1e-9
 SAG_TOLERANCE_RAD_NM = 2e-3  # to which a sound servo holds its angle under load, rad per N m; chosen
 
 
@@ -212,62 +210,9 @@ def bounded_share(
         weight = 1.0 / (allowed + np.square(left))
         curvature = (matrix * weight[:, None]).T @ matrix + np.diag(1 / np.square(spread))
         before = share
-        share = _minimum_within(curvature, matrix.T @ (weight * wanted), least, most, share)
+        share = minimum_within(curvature, matrix.T @ (weight * wanted), least, most, share)
         left = wanted - matrix @ share
         if np.abs((share - before) / spread).max() < AT_REST:
             break
     distance = float(np.linalg.norm(share / spread))
     return share if distance <= CREDIBLE else share * (CREDIBLE / distance)
-
-
-def _minimum_within(curvature: Floats, pull: Floats, least: Floats, most: Floats, begin: Floats) -> Floats:
-    """(m,) the minimum of 1/2 x A x - b x within bounds, A ``curvature`` (m, m) and b ``pull`` (m,)."""
-    share = begin.copy()
-    if _descend_within(curvature, pull, least, most, share):
-        return share
-    from scipy.optimize import lsq_linear
-
-    # it goes in circles; as a least-squares problem: A = R' R, and R x = R'^-1 b
-    root = np.linalg.cholesky(curvature).T
-    return np.asarray(lsq_linear(root, np.linalg.solve(root.T, pull), (least, most), method="bvls").x)
-
-
-@jit
-def _descend_within(curvature: Any, pull: Any, least: Any, most: Any, share: Any) -> bool:
-    """Move ``share`` (m,) to that minimum; whether it got there. Shares stay at the bounds that they meet, one more
-    each turn, until none is met; then the one that would go back furthest is let go (Nocedal and Wright 2006, 16.5).
-    """
-    side = np.zeros(share.size)  # of those that stay: -1 at the lower bound, 1 at the upper one
-    for i in range(share.size):
-        side[i] = -1.0 if share[i] <= least[i] else 1.0 if share[i] >= most[i] else 0.0
-    for _ in range(MOST_TURNS):
-        system, wanted = curvature.copy(), pull.copy()
-        for i in range(share.size):
-            if side[i] != 0.0:
-                system[i] = 0.0
-                system[i, i], wanted[i] = 1.0, share[i]
-        there = np.linalg.solve(system, wanted)
-        met, part = -1, 1.0
-        for i in range(share.size):
-            if side[i] == 0.0 and not least[i] <= there[i] <= most[i]:
-                bound = least[i] if there[i] < least[i] else most[i]
-                reached = (bound - share[i]) / (there[i] - share[i])
-                if reached < part:
-                    met, part = i, reached
-        for i in range(share.size):
-            if side[i] == 0.0:
-                share[i] += part * (there[i] - share[i])
-        if met >= 0:
-            side[met] = -1.0 if there[met] < least[met] else 1.0
-            share[met] = least[met] if side[met] < 0.0 else most[met]
-            continue
-        slope = curvature @ share - pull
-        back, furthest = -1, AT_MINIMUM
-        for i in range(share.size):
-            away = side[i] * slope[i] / math.sqrt(curvature[i, i])
-            if away > furthest:
-                back, furthest = i, away
-        if back < 0:
-            return True
-        side[back] = 0.0
-    return False

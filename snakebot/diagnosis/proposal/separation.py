@@ -18,6 +18,7 @@ from snakebot.diagnosis.evidence.data import BLOCK_S
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
 from snakebot.diagnosis.evidence.tolerance import SHAPE_TOLERANCE, StackedTimes, shift_limit_s
+from snakebot.diagnosis.evidence.within_bounds import minimum_within
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.proposal.menu import RAMP_S, MenuMotion
@@ -258,13 +259,11 @@ def bounded(table: Floats, wanted: Floats) -> Floats:
     """Turns (m,) in standard deviations that take most off ``wanted`` (N,) by ``table`` (N, m): one unit of cost for
     each that is turned by one, as the data so far want it where it is.
     """
-    from scipy.optimize import lsq_linear
-
-    if not table.shape[1]:
+    count = table.shape[1]
+    if not count:
         return np.zeros(0)
-    root = np.linalg.cholesky(table.T @ table + np.eye(table.shape[1]))
-    goal = np.linalg.solve(root, table.T @ wanted)
-    return np.asarray(lsq_linear(root.T, goal, (-FARTHEST, FARTHEST), method="bvls").x)
+    far, curvature = np.full(count, FARTHEST), table.T @ table + np.eye(count)
+    return minimum_within(curvature, table.T @ wanted, -far, far, np.zeros(count))
 
 
 def block_numbers(samples: int) -> Ints:

@@ -14,6 +14,7 @@ from snakebot.diagnosis.fit.trial import Trial
 
 # Share of the whole gap that a further effect must close, and below which a rest is not searched; chosen.
 LEAST_CLOSED = 0.005
+MOST_LEFT = 0.08  # share of the gap that what explains it may leave over beyond noise and tolerance; chosen
 HALF = 0.5  # share of the gap that an explanation leaves at most, to be preferred to one that nothing tests; chosen
 # Held-out score that an effect must gain on the blocks that it changes: a tenth of their mean square; chosen.
 LEAST_GAIN = 0.05

@@ -47,7 +47,9 @@ def with_random_loss(
 
     They move the body between the samples, which no replay of samples shows: effects of the body are left out, too.
     """
-    if link_is_clean(evidence.data):
+    if (
+        link_is_clean(evidence.data) or found.untested
+    ):  # where nothing is held out, nothing can predict better
         return found
     if not gap_of(evidence.scoring, found.nominal.held_square).significant.any() and not unsteady(
         evidence.floor
@@ -78,12 +80,10 @@ def with_random_loss(
     return replace(
         found,
         best=loss,
-        predicted=loss,
         singles=found.singles if stays else (loss, *rivals),
         rivals=(*(found.rivals[i] for i in stays if i < len(found.rivals)), ()),
         path=(found.nominal, base, loss) if stays else (found.nominal, loss),
         without=(),
-        untested=False,
         seen_in_scatter=True,
     )
 

@@ -7,7 +7,7 @@ errors and large enough to matter, and is taken out again when the explanation d
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -20,6 +20,7 @@ from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.acceptance import (
+    MOST_LEFT,
     accepted,
     closed_enough,
     closes_half,
@@ -42,7 +43,6 @@ MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, 
 MOST_JOINTS = 0.5  # share of the joints with a gap, from which on wear is likelier than faults; chosen
 # Single effects tried in the place of another one, and those of them that are cross-validated; chosen.
 MOST_SWAPPED, MOST_SWAPPED_HELD = 6, 2
-LEAST_LEFT = 0.03  # share of the gap that an effect which no other motion can test may leave over; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +50,10 @@ class SearchResult:
     """What the search came to.
 
     Attributes:
-        evidence: that it was found on: fits allow for the misfit that all everyday effects together leave.
+        evidence: that it was found on: fits allow for the misfit that all everyday effects together leave;
+            without folds where ``best`` is ``untested``.
         nominal: the robot without any effect.
         best: the explanation that was accepted; ``nominal`` if none was.
-        predicted: the same on runs left out of its fit; another trial only where it is ``untested``.
         singles: trials of single effects, best first: the ranking.
         rivals: per term of ``best``, trials in which another effect takes its place, best first.
         path: (hypothesis) trials in the order in which effects were added.
@@ -66,7 +66,6 @@ class SearchResult:
     evidence: Evidence
     nominal: Trial
     best: Trial
-    predicted: Trial
     singles: tuple[Trial, ...]
     rivals: tuple[tuple[Trial, ...], ...]
     path: tuple[Trial, ...]
@@ -144,20 +143,20 @@ def search(
         round_ = further(best) if has_room(best) else []
     scoring, tried = evidence.scoring, {hypothesis: seen for hypothesis, (_, seen) in rounds.items()}
     best, without = in_fewest_words(evidence, every_effect, nominal, best)
-    predicted, untested = best, False
+    untested = False
     if not closes_half(scoring, best, nominal):
         found = only_fitted(scoring, nominal, singles)
-        untested = bool(found.hypothesis.terms) or not best.hypothesis.terms
-        if found.hypothesis.terms:
+        untested = bool(found.hypothesis.terms)
+        if untested:
             # nothing is held out now: what else was tried is compared by its fit as well
-            predicted, without = found, ()
+            evidence, without = replace(evidence, split=replace(evidence.split, folds=())), ()
             singles = in_parallel(partial(as_fitted, evidence), singles)
-            best = next(t for t in singles if t.hypothesis == predicted.hypothesis)
+            best = next(t for t in singles if t.hypothesis == found.hypothesis)
+            path = [nominal, best]
     return SearchResult(
         evidence,
         nominal,
         best,
-        predicted,
         singles=tuple(singles),
         rivals=rivals(evidence, every_effect, best, singles, tried, fits, without, progress),
         path=tuple(path),
@@ -308,8 +307,8 @@ def only_fitted(scoring: Scoring, nominal: Trial, singles: Sequence[Trial]) -> T
     def whole_and_harmless(trial: Trial) -> bool:
         gaps = [(excess(scoring, nominal, side), side) for side in sides]
         return all(
-            excess_as_fitted(scoring, trial, side) < LEAST_LEFT * there
-            and excess(scoring, trial, side) < (1 + LEAST_LEFT) * there
+            excess_as_fitted(scoring, trial, side) < MOST_LEFT * there
+            and excess(scoring, trial, side) < (1 + MOST_LEFT) * there
             for there, side in gaps
         )
 

@@ -140,9 +140,7 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         probability=seen if by_chance else round(probability(features), 3),
         parameters=_estimates(options.known, term, theta, errors),
         indistinguishable_from=tuple(name for name in others if name and name != term.effect),
-        closure_alone=_closure_alone(
-            evidence, found.nominal, found.predicted if found.untested else single, term, options.seed
-        ),
+        closure_alone=_closure_alone(evidence, found.nominal, single, term, options.seed),
         specification=str(_named(evidence.angles, term).told(theta.tolist())),
         evidence={} if by_chance else {name: float(value) for name, value in asdict(features).items()},
     )

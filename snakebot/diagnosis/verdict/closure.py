@@ -29,7 +29,7 @@ QUANTILES = (0.025, 0.975)  # ends of a 95 % interval, by definition
 LEAST_DRAWN_GAP = 0.1
 LEAST_DRAWN = 3  # runs of a speed each, or windows over ground, that an interval needs; chosen
 NOT_HELD_OUT = (
-    "only one motion may be fitted, so no run is held out: before and after are of the runs that were fitted"
+    "nothing is held out, for one motion only may be fitted or shows it: before and after are of fitted runs"
 )
 NO_GAP = 0.1  # share of the squared floor, under which a mean square above the floor is no gap; chosen
 

@@ -117,7 +117,7 @@ def conclude(
     progress("closure on held-out runs", 0.9)
     steps = _steps(evidence, found, judgement.best)
     table = _regimes(evidence.angles, evidence.predictor, judgement)
-    speeds = forward_speeds(evidence, judgement.predicted)
+    speeds = forward_speeds(evidence, judgement.best)
     closure = _closure(evidence, found.nominal, judgement, steps, speeds, options.seed)
     chosen = causes[0].probability if causes else 0.0
     told, budget = by_share(
@@ -159,8 +159,6 @@ def _steps(evidence: Evidence, found: SearchResult, best: Trial) -> Steps:
 def _closure(
     evidence: Evidence, nominal: Trial, judgement: Judgement, steps: Steps, speeds: Speeds | None, seed: int
 ) -> Closure:
-    best, predicted = judgement.best, judgement.predicted
-
     def step(after: Trial) -> ClosureStep:
         term = after.hypothesis.terms[-1]
         return ClosureStep(
@@ -172,10 +170,10 @@ def _closure(
 
     return Closure(
         held_out_runs=tuple(evidence.data.runs[i].name for i in evidence.split.scored),
-        joint_angle=angle_closure(evidence, nominal, predicted, seed),
+        joint_angle=angle_closure(evidence, nominal, judgement.best, seed),
         forward_speed=speed_closure(evidence, nominal, speeds, seed),
-        by_joint=joint_closures(evidence, nominal, predicted),
-        steps=tuple(step(predicted if after is best else after) for _, after in steps),
+        by_joint=joint_closures(evidence, nominal, judgement.best),
+        steps=tuple(step(after) for _, after in steps),
     )
 
 
@@ -188,7 +186,7 @@ def _budget(
     seed: int,
 ) -> tuple[BudgetEntry, ...]:
     """Where there is a gap, what each cause carries of it."""
-    best = judgement.predicted
+    best = judgement.best
     terms = _terms(evidence.angles, best, causes)
     entries: list[BudgetEntry] = []
     if closure.joint_angle.closed is not None or closure.joint_angle.reason == NOT_HELD_OUT:
@@ -299,14 +297,14 @@ def _details(
     return Details(
         floor_rad=tuple(float(f) for f in evidence.floor.rad),
         gap_rms_rad=_joint_rms(evidence.angles, found.nominal),
-        rest_rms_rad=_joint_rms(evidence.angles, judgement.predicted),
+        rest_rms_rad=_joint_rms(evidence.angles, judgement.best),
         regimes=table,
         traces=traces(
             evidence,
             found.nominal,
-            judgement.predicted,
+            judgement.best,
             causes,
-            _terms(evidence.angles, judgement.predicted, causes),
+            _terms(evidence.angles, judgement.best, causes),
         ),
         speeds=() if speeds is None else speeds_by_run(evidence.data.runs, speeds),
         known=dict(options.known),

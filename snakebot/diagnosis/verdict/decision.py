@@ -71,7 +71,6 @@ class Judgement:
 
     Attributes:
         best: the explanation; the nominal robot if there is none.
-        predicted: the same on runs left out of its fit.
         gap: of the nominal robot.
         rest: what ``best`` leaves over.
         runs: (indices) in which gap and rest are described.
@@ -82,7 +81,6 @@ class Judgement:
 
     verdict: Verdict
     best: Trial
-    predicted: Trial
     gap: Gap
     rest: Rest
     runs: tuple[int, ...]
@@ -107,8 +105,8 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
         gap = replace(gap, ground_significant=False)
         warnings.append(f"{why_not} to say anything about the motion over ground")
     nothing = not gap.any and not found.seen_in_scatter
-    best, predicted = (found.nominal, found.nominal) if nothing else (found.best, found.predicted)
-    if found.untested and best.hypothesis.terms:
+    best = found.nominal if nothing else found.best
+    if found.untested and not nothing:
         warnings.append(
             f"{best.hypothesis} shows in one motion only, so nothing tests it: record another motion like it"
         )
@@ -131,7 +129,6 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     told = Judgement(
         verdict=decide(facts),
         best=best,
-        predicted=predicted,
         gap=gap,
         rest=facts.rest,
         runs=tuple(range(len(evidence.data.runs))),

@@ -11,9 +11,8 @@ from snakebot.diagnosis.evidence.gap import Gap, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.trial import Trial
+from snakebot.diagnosis.search.acceptance import MOST_LEFT
 from snakebot.diagnosis.verdict.localise import relative_angle, relative_ground
-
-MOST_LEFT = 0.08  # share of the gap that what explains it may leave over beyond noise and tolerance; chosen
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from snakebot.diagnosis.evidence.gap import Gap
+from snakebot.diagnosis.search.acceptance import MOST_LEFT
 from snakebot.diagnosis.verdict.decision import MOST_LEFT_OVER, VerdictFacts, decide
-from snakebot.diagnosis.verdict.rest import MOST_LEFT, Rest
+from snakebot.diagnosis.verdict.rest import Rest
 
 GAP = Gap(np.array([1e-3]), np.array([True]), np.nan, False)
 NONE = Gap(np.zeros(1), np.array([False]), np.nan, False)

@@ -94,7 +94,7 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
     judgement = judge(evidence, found, options)
     conclusion = conclude(evidence, found, judgement, options, progress)
     warnings += judgement.warnings
-    named = dict.fromkeys(term.effect for term in found.best.hypothesis.terms)
+    named = dict.fromkeys(term.effect for term in judgement.best.hypothesis.terms)
     lacking = [find_effect(name).lacks(evidence.data.robot) for name in named]
     warnings += [text for text in dict.fromkeys(lacking) if text is not None]
     doubts = (*map(at_end, conclusion.causes), bent(conclusion.causes))

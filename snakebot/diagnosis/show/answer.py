@@ -111,7 +111,7 @@ def _tolerated(angle: AngleClosure) -> str | None:
     """That most of what is left is what the stated numbers may be off by; None where it is not, or is little."""
     within, floor = angle.rms_within_tolerance, angle.rms_floor or 0.0
     before = angle.rms_before_within_tolerance
-    if angle.closed is None or within is None or before is None or angle.closed > CLOSED_WELL:
+    if within is None or before is None or (angle.closed is not None and angle.closed > CLOSED_WELL):
         return None
     if angle.rms_after**2 - within**2 < MOSTLY * (angle.rms_after**2 - floor**2):
         return None

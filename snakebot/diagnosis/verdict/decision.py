@@ -113,9 +113,12 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     held_out = held_out_rest(evidence, found.nominal, best)
     if held_out is not None and noise is not None and not held_out.gap.significant.any():
         held_out = None
-    rest = rest_of(evidence, found.nominal, best)
-    if why_not is not None:
-        rest = replace(rest, gap=replace(rest.gap, ground_significant=False))
+
+    def rest_beside(trial: Trial) -> Rest:
+        rest = rest_of(evidence, found.nominal, trial)
+        return rest if why_not is None else replace(rest, gap=replace(rest.gap, ground_significant=False))
+
+    rest = rest_beside(best)
     facts = VerdictFacts(
         gap=gap,
         explanation=bool(best.hypothesis.terms),
@@ -126,8 +129,13 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
         floor_hides_gap=bool(doubts),
         rest_held_out=held_out,
     )
+    verdict = decide(facts)
+    if verdict == "unexplained" and best.hypothesis.terms and (held_out or rest).share >= 1:
+        # it takes nothing away on motions that it was not fitted to: it is no cause
+        best = found.nominal
+        facts = replace(facts, explanation=False, rest=rest_beside(best))
     told = Judgement(
-        verdict=decide(facts),
+        verdict=verdict,
         best=best,
         gap=gap,
         rest=facts.rest,

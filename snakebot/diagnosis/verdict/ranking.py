@@ -35,6 +35,7 @@ def ranked(
     entries: dict[Hypothesis, RankingEntry] = {}
     listed = [
         best,
+        found.best,
         *(t for _, rivals in weighed for t in rivals),
         *found.singles,
         *(t for r in found.rivals for t in r),

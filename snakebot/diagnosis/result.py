@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 SCHEMA, FIRST_SCHEMA = "snakebot.diagnosis/2", "snakebot.diagnosis/1"
 # Ends of what a probability is told as; chosen: hundreds of cases, not thousands, are behind them.
 HIGHEST, LOWEST = 0.99, 0.01
+HALF = 0.5  # what is more than it is most of something, or likelier than not; by definition
 
 Verdict = Literal["explained", "partly", "no_gap", "unexplained"]
 GapStage = Literal["link", "servo", "sensor", "body", "none"]

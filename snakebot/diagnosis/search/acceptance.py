@@ -11,11 +11,11 @@ from snakebot.diagnosis.evidence.blocks import CLEAR_SE, MeanDifference
 from snakebot.diagnosis.evidence.gap import Gap, gap_of
 from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.trial import Trial
+from snakebot.diagnosis.result import HALF
 
 # Share of the whole gap that a further effect must close, and below which a rest is not searched; chosen.
 LEAST_CLOSED = 0.005
 MOST_LEFT = 0.08  # share of the gap that what explains it may leave over beyond noise and tolerance; chosen
-HALF = 0.5  # share of the gap that an explanation leaves at most, to be preferred to one that nothing tests; chosen
 # Held-out score that an effect must gain on the blocks that it changes: a tenth of their mean square; chosen.
 LEAST_GAIN = 0.05
 # Share of the mean square above the allowed one that a further effect takes away, from which ``CLEAR_SE`` is enough:

@@ -24,6 +24,7 @@ from snakebot.diagnosis.evidence.score import CHANGED, Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.fit.uncertainty import interval, standard_errors
+from snakebot.diagnosis.result import HALF
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.search import MOST_EFFECTS, SearchResult
 from snakebot.effects.registry import find_effect
@@ -33,7 +34,6 @@ from snakebot.effects.registry import find_effect
 MEMORY_S = 0.35
 # Difference of repeats over the readings' own noise, from which on they differ by chance; chosen.
 UNSTEADY = 2.0
-LEAST_COMMON = 0.5  # share of the residual that a common delay must explain beyond chance; chosen
 START_PROBABILITIES = (0.1, 0.3, 0.6)  # of losing a set-point, from which a fit starts; chosen
 # Of the squared speed that a tenth of the samples exceeds, above which a delay can be told from it; chosen.
 MOVING = 0.1
@@ -117,7 +117,7 @@ class RandomDelay:
 
     @property
     def evident(self) -> bool:
-        return self.share > LEAST_COMMON and abs(self.memory) < MOST_MEMORY
+        return self.share > HALF and abs(self.memory) < MOST_MEMORY
 
 
 def unsteady(floor: Floor) -> bool:

@@ -18,6 +18,7 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import ROUGH_STEPS, Trial, informative_runs, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
+from snakebot.diagnosis.result import HALF
 from snakebot.diagnosis.search.acceptance import costs_nothing, excess_as_fitted, gains, lead
 from snakebot.diagnosis.search.candidate import Candidate, added, start_values
 from snakebot.diagnosis.search.candidates import candidates, kinds
@@ -31,9 +32,8 @@ CLOSE_RACE = 0.25  # share of the winner's gain, within which rivals are cross-v
 FEWEST_TRIALS, MOST_TRIALS = 3, 6
 MOST_FURTHER = 3  # the most on top of an accepted effect, where only the best is needed; chosen
 # What a fit may leave of the gap over what the best leaves, to take as much away; and the most that are cross-validated
-# for that, where their score alone would not have them so: none that gains no score at all, unless it leaves this share
-# of what its base leaves. Chosen.
-CLOSE_LEFT, MOST_FOR_LEFT, LITTLE_LEFT = 1.25, 2, 0.5
+# for that, where their score alone would not have them so; chosen.
+CLOSE_LEFT, MOST_FOR_LEFT = 1.25, 2
 MANY_TERMS = 3  # terms of an explanation that a first look at one more leaves as they are; chosen
 MANY_PARAMETERS = 8  # the same of parameters, fewer than a position loop has; chosen
 
@@ -82,13 +82,13 @@ def _leave_least(
     scoring: Scoring, fits: Sequence[Trial], chosen: Sequence[Trial], base: Trial
 ) -> list[Trial]:
     """Which of some fits take most of the gap away, where none ``chosen`` does nearly as well: the score, a sum of
-    logarithms, would rather have a little of every joint's gap than most of one joint's that is far larger.
+    logarithms, would rather have a little of every joint's gap than most of one joint's that is far larger. None that
+    gains no score at all, unless it leaves less than half of what ``base`` leaves.
     """
     left = {fit: excess_as_fitted(scoring, fit, scoring.of_angles) for fit in (base, *fits)}
-    little = LITTLE_LEFT * left[base]
     least: dict[Hypothesis, Trial] = {}
     for fit in sorted(fits, key=left.__getitem__):
-        if left[fit] < little or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0:
+        if left[fit] < HALF * left[base] or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0:
             least.setdefault(fit.hypothesis, fit)
     first = list(least.values())[:MOST_FOR_LEFT]
     enough = CLOSE_LEFT * left[first[0]] if first else 0.0

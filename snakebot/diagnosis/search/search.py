@@ -19,6 +19,7 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
+from snakebot.diagnosis.result import HALF
 from snakebot.diagnosis.search.acceptance import (
     MOST_LEFT,
     accepted,
@@ -40,7 +41,6 @@ from snakebot.in_words import listed
 
 MOST_EFFECTS = 3  # different effects in an explanation; chosen
 MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, and one more; chosen
-MOST_JOINTS = 0.5  # share of the joints with a gap, from which on wear is likelier than faults; chosen
 # Single effects tried in the place of another one, and those of them that are cross-validated; chosen.
 MOST_SWAPPED, MOST_SWAPPED_HELD = 6, 2
 
@@ -188,13 +188,13 @@ def _accepted(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Tr
 
 
 def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: Trial) -> bool:
-    """Whether to try all everyday effects on every joint: the search has ended with a gap left, or most joints have
-    a gap that the winner does not close.
+    """Whether to try all everyday effects on every joint: the search has ended with a gap left, or half of the
+    joints have a gap that the winner does not close: wear is then likelier than faults.
     """
     so_far = winner or best
     if closed_enough(scoring, so_far, nominal):
         return False
-    return winner is None or gap_of(scoring, so_far.held_square).significant.mean() >= MOST_JOINTS
+    return winner is None or gap_of(scoring, so_far.held_square).significant.mean() >= HALF
 
 
 def _explored(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from snakebot.diagnosis.result import AngleClosure, Cause, Diagnosis
+from snakebot.diagnosis.result import HALF, AngleClosure, Cause, Diagnosis
 from snakebot.diagnosis.show import certainty
 from snakebot.diagnosis.show.named import (
     cause_sentence,
@@ -22,7 +22,6 @@ from snakebot.in_words import listed, three
 
 MOST_SAID = 3  # causes that the sentence names; chosen
 CLOSED_WELL = 0.9  # share of the gap from which on nobody asks for the rest; chosen
-MOSTLY = 0.5  # share of what is left above the floor that is most of it; by definition
 MOST_LOOKS = 2  # of those what to look at is said; chosen: one screen holds no more
 SOME_GAIT = "--alpha 66 --beta 80 --omega 2"  # to see effects in simulation: the example of the README
 ROBOT, RUN, SIMULATION = "On the robot", "Next run", "Simulation"
@@ -112,7 +111,7 @@ def _tolerated(angle: AngleClosure) -> str | None:
     within, floor = angle.rms_within_tolerance, angle.rms_floor or 0.0
     if angle.closed is None or within is None or angle.closed > CLOSED_WELL:
         return None
-    if angle.rms_after**2 - within**2 < MOSTLY * (angle.rms_after**2 - floor**2):
+    if angle.rms_after**2 - within**2 < HALF * (angle.rms_after**2 - floor**2):
         return None
     return (
         "Most of the rest is what the stated numbers are off by, within their tolerance: with the lags that these runs "

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.diagnosis.evidence.data import MIN_SAMPLES, holes, motion_numbers
-from snakebot.diagnosis.evidence.sanity import LEAST_MOTION_COUNTS
+from snakebot.diagnosis.evidence.data import CLEAN_LOSS, MIN_SAMPLES, holes, motion_numbers
+from snakebot.diagnosis.evidence.sanity import LEAST_MOTION_COUNTS, MANY_BAD
 from snakebot.diagnosis.live import starting_set
 from snakebot.diagnosis.proposal.menu import DURATION_S
+from snakebot.diagnosis.result import LITTLE
 from snakebot.errors import BadInputError
 from snakebot.in_words import span
 from snakebot.runlog import Run, Session
@@ -21,9 +22,7 @@ from snakebot.runlog.number_table import stem_and_suffix
 FEWEST_MOTIONS = 3  # that differ; chosen: two to fit, one to check on, as docs/diagnosis.md says
 SHORT_S = 8.0  # of a run with its ramps, below which it holds few cycles of a slow gait; chosen
 FEW = 3  # short runs that are told one by one; chosen
-LOST = 0.01  # share of a run's readings, above which the line should be checked; chosen
 SMALL_DEG = 6.0  # swing of a motion that shows dead bands, play and friction; chosen
-UNEVEN = 0.2  # share of steps in time that are off the usual one by a tenth, above which a clock is doubted; chosen
 
 
 @dataclass(frozen=True)
@@ -193,8 +192,8 @@ def _lost(runs: Sequence[Run], way: _Commands) -> list[Missing]:
     for run in runs:
         lost = float(np.mean(~np.isfinite(run.measured_rad)))
         gaps = len(holes(run.t_s))
-        if lost > LOST or gaps > LOST * len(run):
-            what = f"{lost:.1%} of the readings are lost" if lost > LOST else f"{gaps} holes in time"
+        if lost > CLEAN_LOSS or gaps > CLEAN_LOSS * len(run):
+            what = f"{lost:.1%} of the readings are lost" if lost > CLEAN_LOSS else f"{gaps} holes in time"
             text = f"{run.name}: {what}: look at the line, then record it again"
             out.append(Missing("lost samples", text, way.again(run)))
     return out
@@ -206,8 +205,8 @@ def _clocks(runs: Sequence[Run], way: _Commands) -> list[Missing]:
     for run in runs:
         steps = np.diff(run.t_s)
         usual = float(np.median(steps))
-        off = float(np.mean(np.abs(steps - usual) > 0.1 * usual))
-        if off > UNEVEN:
+        off = float(np.mean(np.abs(steps - usual) > LITTLE * usual))
+        if off > MANY_BAD:
             text = (
                 f"{run.name}: {off:.0%} of the time steps are off the usual {1e3 * usual:.3g} ms by more than a tenth: "
                 "is t_s the time at which each set-point was sent, by one clock?"

@@ -11,9 +11,12 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 SCHEMA, FIRST_SCHEMA = "snakebot.diagnosis/2", "snakebot.diagnosis/1"
-# Ends of what a probability is told as; chosen: hundreds of cases, not thousands, are behind them.
-HIGHEST, LOWEST = 0.99, 0.01
+# The lowest probability that is told, and how far the highest is from one; chosen: hundreds of cases, not thousands,
+# are behind them.
+LOWEST = 0.01
 HALF = 0.5  # what is more than it is most of something, or likelier than not; by definition
+LITTLE = 0.1  # share, below which a part is little beside the whole, or one number beside another; chosen
+NO_PERCENT = 0.005  # of a share, below which it is none: 0 % in whole per cent, by definition
 
 Verdict = Literal["explained", "partly", "no_gap", "unexplained"]
 GapStage = Literal["link", "servo", "sensor", "body", "none"]

@@ -38,7 +38,8 @@ SETTLED = 5.0
 BLOCK_S = 1.0  # length of a block, long against a servo's time constant, s; chosen
 # Within which a set-point was applied as commanded; chosen: a count of 12 bits is 1.5e-3 rad.
 APPLIED_RAD = 2e-3
-CLEAN = 0.99  # share of the samples that must be applied as commanded, for the link to have no effect; chosen
+# Share of a run's samples that a clean line may lose, or apply otherwise than commanded; chosen.
+CLEAN_LOSS = 0.01
 MIN_SAMPLES = 8  # of a joint in a run, below which the run tells nothing about it; chosen
 FEWEST_FOR_DELAY = 50  # samples of a run, below which nothing is said of delays in it; chosen
 
@@ -180,7 +181,7 @@ def link_is_clean(data: Data) -> bool:
             np.abs(run.applied_rad[1:] - run.command_rad[1:]),
             np.abs(run.applied_rad[1:] - run.command_rad[:-1]),
         )
-        if np.mean(off[known] > APPLIED_RAD) > 1 - CLEAN:
+        if np.mean(off[known] > APPLIED_RAD) > CLEAN_LOSS:
             return False
     return bool(data.runs)
 

@@ -15,12 +15,12 @@ from snakebot.diagnosis.evidence.repeats import (
     doubt_warning,
     repeated_pairs,
 )
+from snakebot.diagnosis.result import LITTLE
 from snakebot.robust import MAD_TO_STD
 
 # Share of the blocks, those that differ most between repeats, that is left out of the floor; chosen.
 TRIM = 0.05
 SUSPECT = 4.0  # floor over the white noise, above which it may hide a gap; chosen
-LARGE = 0.1  # rms of a gap over that of the commanded motion, above which no floor may hide it; chosen
 COVERS = 2.0  # rms of a gap over the floor, under which the floor hides it; chosen
 FEWEST_EVEN = 12  # samples of a joint in a run, below which they are not asked for their white noise; chosen
 EVEN = 0.3  # share of the usual step in time, by which a step may differ to be an even one; chosen
@@ -95,7 +95,8 @@ def noise_floor(data: Data, nominal: Sequence[Floats] | None = None) -> Floor:
 
 
 def _doubtful(data: Data, nominal: Sequence[Floats], repeat_rad: Floats, white_rad: Floats) -> Bools:
-    """(k,) joints whose repeats are so far apart that they would hide a gap that is plain to see.
+    """(k,) joints whose repeats are so far apart that they would hide a gap that is plain to see: not little beside the
+    commanded motion.
 
     What changes in mid-run does not depend on the motion, and need not be noise.
     """
@@ -109,7 +110,7 @@ def _doubtful(data: Data, nominal: Sequence[Floats], repeat_rad: Floats, white_r
         )
         told = np.concatenate([r.command_rad[r.use[:, joint], joint] for r in data.runs])
         size = float(np.square(gap).mean())
-        doubtful[joint] = LARGE**2 * float(np.var(told)) < size < (COVERS * floor) ** 2
+        doubtful[joint] = LITTLE**2 * float(np.var(told)) < size < (COVERS * floor) ** 2
     return doubtful
 
 

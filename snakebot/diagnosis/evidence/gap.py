@@ -10,7 +10,7 @@ import numpy as np
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import mean_difference
 from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN
-from snakebot.diagnosis.evidence.score import Scoring
+from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING, Scoring
 
 GAP_SE = 3.0  # standard errors by which a gap must exceed the allowed spread; chosen
 # Mean square over the allowed one, above which there is a gap: the floor is an estimate itself; chosen.
@@ -23,7 +23,6 @@ CERTAIN_RATIO = 2.5 * GAP_RATIO
 # make; no command prints the ratios).
 CERTAIN_RATIO_OVER_GROUND = 1.7
 CERTAIN_RATIO_OF_FEW = 2.0 * GAP_RATIO  # the same over ground, where there are few windows; chosen
-LEAST_NAMED = 0.05  # of the mean share of a joint in the gap, for a joint to be named; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +108,8 @@ def beyond(square: Floats, allowed: Floats, run: Ints, certain: float = CERTAIN_
 
 
 def named_joints(gap: Gap) -> tuple[int, ...]:
-    """1-based joints with a significant gap of at least ``LEAST_NAMED``."""
+    """1-based joints with a significant gap that is not next to nothing beside the mean of all joints."""
     share = gap.joint_shares
     return tuple(
-        j + 1 for j in range(share.size) if gap.significant[j] and share[j] >= LEAST_NAMED / share.size
+        j + 1 for j in range(share.size) if gap.significant[j] and share[j] >= NEXT_TO_NOTHING / share.size
     )

@@ -20,7 +20,8 @@ LEAST_MOTION_COUNTS = 4.0  # range of an angle in encoder counts, below which a 
 LEAD_S = 0.04  # by which commands are shifted to see whether readings run ahead of them, s; chosen
 # Reading over command, times 180 / pi, within which the commands are in degrees: it is 1 for a perfect servo; chosen.
 OF_DEGREES = (0.7, 1.4)
-MANY_LOST = 0.2  # share of a joint's readings, above which a warning tells of it; chosen
+# Share of readings that are lost, or of steps in time that are uneven, above which a warning tells of it; chosen.
+MANY_BAD = 0.2
 MOST_LISTED = 5  # names in a line; chosen
 FEWEST_IN_ALL = 40  # samples of all runs together, below which nothing can be told; chosen
 
@@ -158,7 +159,7 @@ def _check_readings(where: str, runs: Sequence[Run]) -> list[str]:
             )
         if lost == 1.0:
             warnings.append(f"joint {joint + 1}: no reading in any run; nothing is said about it")
-        elif lost > MANY_LOST:
+        elif lost > MANY_BAD:
             warnings.append(f"joint {joint + 1}: {lost:.0%} of the readings are lost")
     if all(not np.isfinite(run.measured_rad).any() for run in runs):
         raise BadInputError(f"{where}: the columns enc are empty in every run: no readings to compare with")

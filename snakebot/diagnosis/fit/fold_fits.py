@@ -15,7 +15,6 @@ from snakebot.arrays import Bools, Floats
 from snakebot.diagnosis.evidence.blocks import CLEAR_SE
 from snakebot.diagnosis.evidence.folds import Fold
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import CHANGED
 from snakebot.diagnosis.fit.fit_runs import (
     Fitted,
     angle_problem,
@@ -28,6 +27,7 @@ from snakebot.diagnosis.fit.fit_runs import (
 )
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.least_squares import refit
+from snakebot.diagnosis.result import LITTLE
 
 FOLD_STEPS = 8  # iterations from the fit to all runs, which is near; chosen
 FAR_STEPS = 20  # iterations from the usual value, which may be far; chosen
@@ -181,9 +181,9 @@ def _shows(
     change = [np.zeros_like(nominal) for nominal in evidence.predictor.nominal]
     for index, x, y in zip(runs, a, b, strict=True):
         change[index] = x - y
-    if np.any(evidence.angles.blocks.mean_square(change) > CHANGED * evidence.angles.allowed_square):
+    if np.any(evidence.angles.blocks.mean_square(change) > LITTLE * evidence.angles.allowed_square):
         return True
     if evidence.ground is None:
         return False
     moved = np.subtract(*(evidence.predictor.ground_features(s, runs) for s in specs))
-    return bool(np.any(np.square(np.nan_to_num(moved)) > CHANGED * evidence.ground.allowed_square))
+    return bool(np.any(np.square(np.nan_to_num(moved)) > LITTLE * evidence.ground.allowed_square))

@@ -27,7 +27,7 @@ from snakebot.diagnosis.proposal.separation import (
     lead_of,
     times_noise,
 )
-from snakebot.diagnosis.result import HIGHEST, NextExperiment
+from snakebot.diagnosis.result import LOWEST, NextExperiment
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
 __all__ = ["Proposal", "motion_of", "propose"]
@@ -156,7 +156,7 @@ def _described(
         ramp_s=RAMP_S,
         motion=str(option),
         separates=tuple((names[a], names[b]) for a, b in told),
-        expected_probability_after=round(min(probability * best.settled, HIGHEST), 3),
+        expected_probability_after=round(min(probability * best.settled, 1 - LOWEST), 3),
         reason=f"the predictions of {' and '.join(sorted(in_question, key=names.index))} {where} there, and no "
         "values of their parameters that fit the runs so far make up for it",
         command=option.command,

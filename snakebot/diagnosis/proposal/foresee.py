@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Floats
+from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.proposal.separation import (
     SimulatedMotion,
@@ -21,12 +22,11 @@ from snakebot.diagnosis.proposal.separation import (
     bounded,
     shift,
 )
+from snakebot.diagnosis.result import LITTLE
 from snakebot.effects.spec import EffectSpec
 
 NEAR = 0.3  # lead under which the rival is refitted, from where it is; chosen
 FAR = 1.5  # standard deviations of its prior, moved by more than which it is refitted too: slopes have changed; chosen
-NEXT_TO_NOTHING = 0.05  # the same, by less than which nothing is refitted; chosen
-NO_CLOSER = 0.9  # lead over the one before, above which a refit was of no use; chosen
 TURNS = 6  # refits at most; chosen
 PRIOR_STEP = 0.25  # share of the prior's spread by which a parameter is stepped; chosen
 
@@ -105,7 +105,7 @@ def lead_over(motions: Sequence[SimulatedMotion], truth: Foreseen, rival: Forese
         near = foresee(motions, rival.hypothesis, _moved(rival, share))
         share = _turned(motions, truth, near)
         closer = _left(motions, truth, near, share)
-        if closer > NO_CLOSER * lead:
+        if closer > (1 - LITTLE) * lead:  # of little use
             return min(closer, lead), near if closer < lead else rival
         lead, rival = closer, near
     return lead, rival

@@ -13,9 +13,10 @@ from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.blocks import BlockMap, mean_difference
 from snakebot.diagnosis.evidence.gap import beyond, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import CHANGED, Scoring
+from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
 from snakebot.diagnosis.fit.trial import Trial, each_joint
+from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.candidate import Candidate, added, scaled, start_values
 from snakebot.diagnosis.search.ground_candidates import ground_candidates
 from snakebot.diagnosis.search.library import Library
@@ -227,7 +228,7 @@ def _joint_gain(
     allowed = angles.allowed_square[names]
     old = base.fitted_square[names]
     gain = 0.5 * (np.log1p(old / allowed) - np.log1p(new / allowed))
-    moved = np.abs(new - old) > CHANGED * allowed
+    moved = np.abs(new - old) > LITTLE * allowed
     if moved.sum() < 2:
         return JointGain(0.0, 0.0, 0.0)
     difference = mean_difference(gain[moved], angles.blocks.run[names[moved]])

@@ -20,7 +20,7 @@ from snakebot.diagnosis.fit.fit_runs import StackedAngles
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, first_runs, run_trial
-from snakebot.diagnosis.search.acceptance import LEAST_FALL
+from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.candidate import Candidate, scaled
 from snakebot.diagnosis.search.rounds import held_out, ranked
 
@@ -94,7 +94,7 @@ def _most_promising(marks: Sequence[_Mark], left: Floats) -> list[Candidate]:
             continue
         share = np.linalg.solve(block, along[[i, j]])
         rest = whole - float(share @ along[[i, j]])
-        if (share > 0).all() and rest < (1 - LEAST_FALL) * least:
+        if (share > 0).all() and rest < (1 - LITTLE) * least:
             begin = [scaled(m.term, m.theta, float(f)) for m, f in zip((one, other), share, strict=True)]
             promised.append((rest, Hypothesis((one.term, other.term)), np.concatenate(begin)))
     of_names: dict[frozenset[str], Candidate] = {}

@@ -12,13 +12,13 @@ import numpy as np
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import CHANGED, Scoring
+from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import ROUGH_STEPS, Trial, informative_runs, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
-from snakebot.diagnosis.result import HALF
+from snakebot.diagnosis.result import HALF, LITTLE
 from snakebot.diagnosis.search.acceptance import costs_nothing, excess_as_fitted, gains, lead
 from snakebot.diagnosis.search.candidate import Candidate, added, start_values
 from snakebot.diagnosis.search.candidates import candidates, kinds
@@ -192,7 +192,7 @@ def _says_no_more(angles: AngleEvidence, simulator: Simulator, fit: Trial, other
     square = angles.blocks.mean_square([np.nan_to_num(part) for part in apart])
     share = square / angles.allowed_square
     joint = angles.blocks.joint
-    return all(float(share[joint == j].mean()) < CHANGED for j in np.unique(joint))
+    return all(float(share[joint == j].mean()) < LITTLE for j in np.unique(joint))
 
 
 def ranked(scoring: Scoring, trials: Sequence[Trial]) -> list[Trial]:

@@ -17,14 +17,14 @@ from snakebot.arrays import Bools, Floats
 from snakebot.diagnosis.evidence.blocks import CLEAR_SE, MeanDifference, mean_difference
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import ALIKE, CHANGED, Scoring
+from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.fit_runs import StackedAngles
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
 from snakebot.diagnosis.fit.least_squares import linearised, minimise, refit, wide_allowance
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.diagnosis.fit.trial import Trial, run_trial_against
+from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.acceptance import (
-    LEAST_FALL,
     LEAST_GAIN,
     accepted,
     closes_more,
@@ -135,7 +135,7 @@ def _faults(
 
     def does_well(trial: Trial) -> bool:
         peers = (left[t] for t in left if len(t.hypothesis.terms) == len(trial.hypothesis.terms))
-        return left[trial] < min((1 - LEAST_FALL) * gap_square, CLOSE_FAULT * min(peers))
+        return left[trial] < min((1 - LITTLE) * gap_square, CLOSE_FAULT * min(peers))
 
     others = [t for t in nearest.values() if t.hypothesis.terms != fault and does_well(t)][:MOST_FAULTS]
     return [first, *others] if fault else others
@@ -324,9 +324,9 @@ class Whole:
         rows = (self.bench.size > 0) & self.bench.evidence.scoring.decides[: angles.blocks.count]
         allowed = angles.allowed_square[rows]
         mine, its = (np.maximum(whole.left_square[rows] - allowed, 0.0) for whole in (self, other))
-        if mine.sum() < (1 - LEAST_FALL) * its.sum():
+        if mine.sum() < (1 - LITTLE) * its.sum():
             return True
-        changed = np.abs(mine - its) > CHANGED * allowed
+        changed = np.abs(mine - its) > LITTLE * allowed
         spread = _as_wide_as(self.bench, other.left_square)[rows]
         gain = 0.5 * (np.log1p(its / spread) - np.log1p(mine / spread))[changed]
         return bool(gain.sum() > LEAST_GAIN * gain.size)
@@ -382,7 +382,7 @@ def _gain(bench: _Bench, joint: int, spread_square: Floats, better: Floats, wors
     with: what no everyday effect is exact to decides nothing.
     """
     angles = bench.evidence.angles
-    changed = np.abs(better - worse) > CHANGED * angles.allowed_square
+    changed = np.abs(better - worse) > LITTLE * angles.allowed_square
     rows = changed & (bench.size > 0) & (angles.blocks.joint == joint)
     if not rows.any():
         return MeanDifference(0.0, 0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from snakebot.diagnosis.result import HALF, AngleClosure, Cause, Diagnosis
+from snakebot.diagnosis.result import HALF, LITTLE, AngleClosure, Cause, Diagnosis
 from snakebot.diagnosis.show import certainty
 from snakebot.diagnosis.show.named import (
     cause_sentence,
@@ -21,7 +21,6 @@ from snakebot.effects.telling import joints_in_words
 from snakebot.in_words import listed, three
 
 MOST_SAID = 3  # causes that the sentence names; chosen
-CLOSED_WELL = 0.9  # share of the gap from which on nobody asks for the rest; chosen
 MOST_LOOKS = 2  # of those what to look at is said; chosen: one screen holds no more
 SOME_GAIT = "--alpha 66 --beta 80 --omega 2"  # to see effects in simulation: the example of the README
 ROBOT, RUN, SIMULATION = "On the robot", "Next run", "Simulation"
@@ -109,7 +108,7 @@ def effect_on_error(found: Diagnosis) -> list[str]:
 def _tolerated(angle: AngleClosure) -> str | None:
     """That most of what is left is what the stated numbers may be off by; None where it is not, or is little."""
     within, floor = angle.rms_within_tolerance, angle.rms_floor or 0.0
-    if angle.closed is None or within is None or angle.closed > CLOSED_WELL:
+    if angle.closed is None or within is None or angle.closed > 1 - LITTLE:
         return None
     if angle.rms_after**2 - within**2 < HALF * (angle.rms_after**2 - floor**2):
         return None

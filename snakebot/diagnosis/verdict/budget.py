@@ -20,8 +20,8 @@ from snakebot.diagnosis.evidence.blocks import resample
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.fit_runs import ground_residuals
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import BudgetEntry, Cause
-from snakebot.diagnosis.verdict.closure import DRAWS, LEAST_DRAWN, NO_GAP, QUANTILES
+from snakebot.diagnosis.result import LITTLE, BudgetEntry, Cause
+from snakebot.diagnosis.verdict.closure import DRAWS, LEAST_DRAWN, QUANTILES
 from snakebot.effects.spec import EffectSpec
 
 ALL_ORDERS = 3  # causes of which every order is tried; chosen
@@ -174,7 +174,7 @@ class _Shares:
     def of(self, rows: Bools) -> Floats | None:
         """Shares of the causes, then of the rest (C + 1,), in some blocks; None where there is no gap."""
         whole, noise = self._whole(self.taken[:, rows], self.rest[rows], self.size[rows]), self.noise[rows]
-        if not rows.any() or whole.sum() <= NO_GAP * float(noise @ self.size[rows]):
+        if not rows.any() or whole.sum() <= LITTLE * float(noise @ self.size[rows]):
             return None
         return np.asarray(whole / whole.sum())
 

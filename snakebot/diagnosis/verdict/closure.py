@@ -1,7 +1,8 @@
 """How far the gap shrinks on runs that no parameter was fitted to: of the joint angles, and of the forward speed.
 
 closed = (E_before^2 - E_after^2) / (E_before^2 - floor^2). Intervals are from a bootstrap over blocks of time
-within each run (angles) or over runs (speeds).
+within each run (angles) or over runs (speeds). A mean square that is little beside the floor's is no gap; and closure
+divides by no draw's own gap that is little beside the whole.
 """
 
 from __future__ import annotations
@@ -20,18 +21,15 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import AngleClosure, JointClosure, RunSpeed, SpeedClosure
+from snakebot.diagnosis.result import LITTLE, AngleClosure, JointClosure, RunSpeed, SpeedClosure
 from snakebot.effects.spec import EffectSpec
 
 DRAWS = 1000  # of the bootstrap; chosen: 2.5 % quantiles then rest on 25 draws
 QUANTILES = (0.025, 0.975)  # ends of a 95 % interval, by definition
-# Of the gap, that a draw's own gap is taken for at least: closure divides by it; chosen.
-LEAST_DRAWN_GAP = 0.1
 LEAST_DRAWN = 3  # runs of a speed each, or windows over ground, that an interval needs; chosen
 NOT_HELD_OUT = (
     "nothing is held out, for one motion only may be fitted or shows it: before and after are of fitted runs"
 )
-NO_GAP = 0.1  # share of the squared floor, under which a mean square above the floor is no gap; chosen
 
 
 def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) -> AngleClosure:
@@ -51,7 +49,7 @@ def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) ->
     shown = np.isin(scoring.run, split.shown)
     significant = gap_of(scoring, nominal.held_square).significant
     significant = significant | gap_of(scoring, nominal.held_square, shown).significant
-    if e2 - bound <= NO_GAP * bound or not significant.any():
+    if e2 - bound <= LITTLE * bound or not significant.any():
         reason = "no gap beyond noise and tolerance to close"
         if floor.doubts:
             reason = "runs of the same motion are as far apart as they are off their prediction"
@@ -63,7 +61,7 @@ def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) ->
         weight = size[draw].sum(axis=1)
         eb = (before * size)[draw].sum(axis=1) / weight
         ab = (after * size)[draw].sum(axis=1) / weight
-        interval = _interval((eb - ab) / np.maximum(eb - f2, LEAST_DRAWN_GAP * (e2 - f2)))
+        interval = _interval((eb - ab) / np.maximum(eb - f2, LITTLE * (e2 - f2)))
         if not floor.known:
             reason = "no repeated runs: the floor is taken as zero"
     return AngleClosure(
@@ -209,7 +207,7 @@ def speed_closure(
             runs_alike = np.zeros(before.size, dtype=np.int64)  # each is one number: they are exchangeable
             draw = resample(runs_alike, np.random.default_rng(seed), DRAWS)
             eb, ab = before[draw].mean(axis=1), after[draw].mean(axis=1)
-            interval = _interval((eb - ab) / np.maximum(eb - f2, LEAST_DRAWN_GAP * (e2 - f2)))
+            interval = _interval((eb - ab) / np.maximum(eb - f2, LITTLE * (e2 - f2)))
         if floor is None:
             reason = "no repeated runs: the floor is taken as zero"
     return SpeedClosure(

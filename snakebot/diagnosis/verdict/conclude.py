@@ -111,7 +111,7 @@ def conclude(
     causes, rivals, ranking = weigh_causes(evidence, found, judgement, errors, options)
     if any(is_slow(run) for run in evidence.data.runs):
         causes, ranking = at_most(causes), ranking_at_most(ranking)
-    if judgement.verdict == "unexplained":
+    if judgement.verdict == "unexplained":  # a likelier cause would contradict it
         causes, ranking = at_most(causes, HALF), ranking_at_most(ranking, HALF)
     if judgement.noise is not None:
         causes.append(noise_cause(noise_effect(), judgement.noise, evidence.data.joints))

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.diagnosis.evidence.data import CLEAN_LOSS, MIN_SAMPLES, holes, motion_numbers
-from snakebot.diagnosis.evidence.sanity import LEAST_MOTION_COUNTS, MANY_BAD
+from snakebot.diagnosis.evidence.data import CLEAN_LOSS, MIN_SAMPLES, OUTSTANDING, holes, motion_numbers
+from snakebot.diagnosis.evidence.sanity import MANY_BAD
 from snakebot.diagnosis.live import starting_set
 from snakebot.diagnosis.proposal.menu import DURATION_S
 from snakebot.diagnosis.result import LITTLE
@@ -120,7 +120,7 @@ def _state(run: Run) -> str:
 
 
 def _still_joints(runs: Sequence[Run], session: Session, way: _Commands) -> list[Missing]:
-    least, out = LEAST_MOTION_COUNTS * session.robot.rad_per_count, []
+    least, out = OUTSTANDING * session.robot.rad_per_count, []
     for joint in range(session.robot.joints):
         told = max((_swing(run.command_rad[:, joint]) for run in runs), default=0.0)
         seen = max((_swing(run.measured_rad[:, joint]) for run in runs), default=0.0)

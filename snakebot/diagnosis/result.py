@@ -16,6 +16,8 @@ SCHEMA, FIRST_SCHEMA = "snakebot.diagnosis/2", "snakebot.diagnosis/1"
 LOWEST = 0.01
 HALF = 0.5  # what is more than it is most of something, or likelier than not; by definition
 LITTLE = 0.1  # share, below which a part is little beside the whole, or one number beside another; chosen
+CLEAR_SE = 2.0  # standard errors that make a difference a clear one: 95 %; chosen
+BEYOND_CHANCE = 3.0  # standard deviations or errors that chance hardly reaches: 0.3 %; chosen
 NO_PERCENT = 0.005  # of a share, below which it is none: 0 % in whole per cent, by definition
 
 Verdict = Literal["explained", "partly", "no_gap", "unexplained"]

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 # Robust standard deviations off its neighbours that make a lone sample a bad reading; chosen: no noise gets there.
 SPIKE_MAD = 8.0
+# Times its noise, its standard error, an encoder's count or what is usual, from which on something stands out; chosen.
+OUTSTANDING = 4.0
+# Times the noise, the floor or a tolerance, from which on something is clearly more than that; chosen.
+CLEARLY_MORE = 2.0
 SPIKE_COUNTS = 6.0  # ... and encoder counts that it must be off at least; chosen
 # After a servo was without power, in which its state is not known, s; chosen. Shorter than ``SETTLED`` time constants:
 # where the joint is, its readings tell; a prediction goes on from them.

@@ -11,8 +11,8 @@ from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import mean_difference
 from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN
 from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING, Scoring
+from snakebot.diagnosis.result import BEYOND_CHANCE
 
-GAP_SE = 3.0  # standard errors by which a gap must exceed the allowed spread; chosen
 # Mean square over the allowed one, above which there is a gap: the floor is an estimate itself; chosen.
 GAP_RATIO = 1.3
 FEWEST_WINDOWS = 8  # over ground, below which their scatter says nothing; chosen
@@ -104,7 +104,7 @@ def beyond(square: Floats, allowed: Floats, run: Ints, certain: float = CERTAIN_
     """Whether the mean squares (b,) of some blocks are beyond those allowed (b,); ``certain``: a ratio that is."""
     excess = mean_difference(np.log1p(square / allowed) - np.log(1 + GAP_RATIO), run)
     overall = float(square.mean() / allowed.mean())
-    return (excess.z > GAP_SE and excess.mean > 0) or overall > certain
+    return (excess.z > BEYOND_CHANCE and excess.mean > 0) or overall > certain
 
 
 def named_joints(gap: Gap) -> tuple[int, ...]:

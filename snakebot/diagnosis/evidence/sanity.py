@@ -8,7 +8,7 @@ import numpy as np
 
 from snakebot.analysis.channels import doubts_of_runs
 from snakebot.analysis.standstill import standstill_lines
-from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, MIN_SAMPLES, Data, repeated
+from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, MIN_SAMPLES, OUTSTANDING, Data, repeated
 from snakebot.diagnosis.result import HALF
 from snakebot.errors import BadInputError
 from snakebot.runlog import Run, Session
@@ -16,7 +16,6 @@ from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
 # Beyond a whole turn no joint of a snake goes: larger numbers are degrees; chosen.
 LARGEST_ANGLE_RAD = 2 * np.pi
-LEAST_MOTION_COUNTS = 4.0  # range of an angle in encoder counts, below which a joint is at rest; chosen
 LEAD_S = 0.04  # by which commands are shifted to see whether readings run ahead of them, s; chosen
 # Reading over command, times 180 / pi, within which the commands are in degrees: it is 1 for a perfect servo; chosen.
 OF_DEGREES = (0.7, 1.4)
@@ -178,7 +177,7 @@ def _check_repeats(runs: Sequence[Run]) -> list[str]:
 
 
 def _check_motion(where: str, session: Session) -> None:
-    least = LEAST_MOTION_COUNTS * session.robot.rad_per_count
+    least = OUTSTANDING * session.robot.rad_per_count
     told = seen = 0.0
     for run in session.runs:
         for joint in range(run.joints):
@@ -206,7 +205,7 @@ def _check_copies(where: str, session: Session) -> list[str]:
     """
     if session.robot.servo.time_constant_s == 0:
         return []
-    least = LEAST_MOTION_COUNTS * session.robot.rad_per_count
+    least = OUTSTANDING * session.robot.rad_per_count
     moved, copied = [], []
     for joint in range(session.robot.joints):
         told = np.concatenate([run.command_rad[:, joint] for run in session.runs])

@@ -12,7 +12,6 @@ from __future__ import annotations
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
-from snakebot.diagnosis.evidence.blocks import CLEAR_SE
 from snakebot.diagnosis.evidence.folds import Fold
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.fit_runs import (
@@ -27,7 +26,7 @@ from snakebot.diagnosis.fit.fit_runs import (
 )
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.least_squares import refit
-from snakebot.diagnosis.result import LITTLE
+from snakebot.diagnosis.result import CLEAR_SE, LITTLE
 
 FOLD_STEPS = 8  # iterations from the fit to all runs, which is near; chosen
 FAR_STEPS = 20  # iterations from the usual value, which may be far; chosen

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from snakebot.arrays import Bools
-from snakebot.diagnosis.evidence.blocks import CLEAR_SE, MeanDifference
+from snakebot.diagnosis.evidence.blocks import MeanDifference
 from snakebot.diagnosis.evidence.gap import Gap, gap_of
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import HALF, LITTLE, NO_PERCENT
+from snakebot.diagnosis.result import CLEAR_SE, HALF, LITTLE, NO_PERCENT
 
 MOST_LEFT = 0.08  # share of the gap that what explains it may leave over beyond noise and tolerance; chosen
 # Held-out score that an effect must gain on the blocks that it changes: a tenth of their mean square; chosen.

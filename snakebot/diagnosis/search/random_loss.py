@@ -15,8 +15,8 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
-from snakebot.diagnosis.evidence.blocks import CLEAR_SE, mean_difference
-from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, Data, link_is_clean
+from snakebot.diagnosis.evidence.blocks import mean_difference
+from snakebot.diagnosis.evidence.data import CLEARLY_MORE, FEWEST_FOR_DELAY, Data, link_is_clean
 from snakebot.diagnosis.evidence.floor import Floor
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
@@ -24,7 +24,7 @@ from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.fit.uncertainty import interval, standard_errors
-from snakebot.diagnosis.result import HALF, LITTLE
+from snakebot.diagnosis.result import CLEAR_SE, HALF, LITTLE
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.search import MOST_EFFECTS, SearchResult
 from snakebot.effects.registry import find_effect
@@ -32,8 +32,6 @@ from snakebot.effects.registry import find_effect
 # After which a lost set-point is forgotten, s; chosen. A lag at which a correlation is looked at, not a time that is
 # left out, as ``repeats.FORGOTTEN_S`` is: the two need not be alike.
 MEMORY_S = 0.35
-# Difference of repeats over the readings' own noise, from which on they differ by chance; chosen.
-UNSTEADY = 2.0
 START_PROBABILITIES = (0.1, 0.3, 0.6)  # of losing a set-point, from which a fit starts; chosen
 MOST_MEMORY = 0.25  # correlation that may be left after ``MEMORY_S``; chosen
 
@@ -120,7 +118,7 @@ class RandomDelay:
 
 def unsteady(floor: Floor) -> bool:
     """Whether repeats of a motion differ by more than the noise of their readings."""
-    return floor.known and bool(np.nanmax(floor.repeat_rad / floor.white_rad) > UNSTEADY)
+    return floor.known and bool(np.nanmax(floor.repeat_rad / floor.white_rad) > CLEARLY_MORE)
 
 
 def predicts_better(angles: AngleEvidence, scoring: Scoring, loss: Trial, base: Trial) -> bool:

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
-from snakebot.diagnosis.evidence.blocks import CLEAR_SE, MeanDifference, mean_difference
+from snakebot.diagnosis.evidence.blocks import MeanDifference, mean_difference
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE, Scoring
@@ -23,7 +23,7 @@ from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
 from snakebot.diagnosis.fit.least_squares import linearised, minimise, refit, wide_allowance
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.diagnosis.fit.trial import Trial, run_trial_against
-from snakebot.diagnosis.result import LITTLE
+from snakebot.diagnosis.result import CLEAR_SE, LITTLE
 from snakebot.diagnosis.search.acceptance import (
     LEAST_GAIN,
     accepted,

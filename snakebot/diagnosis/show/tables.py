@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from snakebot.diagnosis.result import BudgetEntry, Diagnosis, RankingEntry, StatedNumber
+from snakebot.diagnosis.result import (
+    BEYOND_CHANCE,
+    CLEAR_SE,
+    BudgetEntry,
+    Diagnosis,
+    RankingEntry,
+    StatedNumber,
+)
 from snakebot.diagnosis.show.named import (
     cause_name,
     effect_of,
@@ -25,8 +32,7 @@ STATED = {  # numbers of a robot's description: what they are called, unit, by d
     "friction.cn": ("friction across the links", "N s/m", 1.0),
     "link_mass_kg": ("mass of a link", "kg", 1.0),
 }
-MUCH, SOME = 3.0, 1.5  # tolerances off: "far off", "off"; chosen
-ALIKE_SE = 2.0  # standard errors within which two explanations do equally well: 95 %; chosen
+SOME = 1.5  # tolerances by which a stated number is "off"; chosen
 
 
 def add_numbers(section: Section, found: Diagnosis) -> None:
@@ -131,7 +137,7 @@ def why_it_lost(found: Diagnosis, entry: RankingEntry, best: RankingEntry | None
     if set(entry.effects) & group:
         return "not told apart by these runs"
     extra = (entry.parameters or 0) - (best.parameters or 0) if best is not None else 0
-    if best is not None and extra > 0 and entry.delta <= ALIKE_SE * max(entry.delta_se, 1e-9):
+    if best is not None and extra > 0 and entry.delta <= CLEAR_SE * max(entry.delta_se, 1e-9):
         return f"no better, with {extra} more number{'s' if extra > 1 else ''} to fit"
     if entry.delta > 0:
         return "a little worse in all, in no run clearly"
@@ -195,7 +201,7 @@ def _stated_row(number: StatedNumber, count: int) -> list[object]:
     called, unit, factor = STATED.get(number.number, (number.number.replace("_", " "), "", 1.0))
     off = number.estimate - number.stated
     times = abs(off) / number.tolerance if number.tolerance > 0 else 0.0
-    word = "far off" if times > MUCH else "off" if times > SOME else "as stated"
+    word = "far off" if times > BEYOND_CHANCE else "off" if times > SOME else "as stated"
     percent = f" ({100 * off / number.stated:+.0f} %)" if number.stated else ""
     low, high = number.ci95
     return [

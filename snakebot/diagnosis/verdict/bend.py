@@ -17,11 +17,10 @@ from numpy.polynomial.polynomial import polyfit, polyval
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.blocks import mean_difference
 from snakebot.diagnosis.evidence.data import MIN_SAMPLES
-from snakebot.diagnosis.evidence.gap import GAP_SE
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import Cause
+from snakebot.diagnosis.result import BEYOND_CHANCE, Cause
 
 # Rms of the curve over that of what an explanation changes, from which on it tells. Measured: 0 to 2 % in robots whose
 # offset or gain is named rightly, 9 to 18 % in those with an eccentric code wheel (docs/diagnosis-method.md).
@@ -64,7 +63,7 @@ def bend_of(evidence: Evidence, nominal: Trial, best: Trial, joints: Sequence[in
     cluster = blocks.run * evidence.data.joints + blocks.joint
     found = mean_difference((gain / blocks.samples)[rows], cluster[rows])
     share = float(np.sqrt(max(gain[rows].sum(), 0.0) / changed[rows].sum()))
-    return share if found.z > GAP_SE and share > LEAST_BEND else None
+    return share if found.z > BEYOND_CHANCE and share > LEAST_BEND else None
 
 
 def is_straight(evidence: Evidence, nominal: Trial, alone: Trial, joints: Sequence[int]) -> bool:

@@ -13,7 +13,7 @@ from snakebot.diagnosis.evidence.data import CLEAN_LOSS, MIN_SAMPLES, OUTSTANDIN
 from snakebot.diagnosis.evidence.sanity import MANY_BAD
 from snakebot.diagnosis.live import starting_set
 from snakebot.diagnosis.proposal.menu import DURATION_S
-from snakebot.diagnosis.result import LITTLE
+from snakebot.diagnosis.result import LITTLE, MOST_TOLD
 from snakebot.errors import BadInputError
 from snakebot.in_words import span
 from snakebot.runlog import Run, Session
@@ -21,7 +21,6 @@ from snakebot.runlog.number_table import stem_and_suffix
 
 FEWEST_MOTIONS = 3  # that differ; chosen: two to fit, one to check on, as docs/diagnosis.md says
 SHORT_S = 8.0  # of a run with its ramps, below which it holds few cycles of a slow gait; chosen
-FEW = 3  # short runs that are told one by one; chosen
 SMALL_DEG = 6.0  # swing of a motion that shows dead bands, play and friction; chosen
 
 
@@ -175,7 +174,7 @@ def _too_short(runs: Sequence[Run], way: _Commands) -> list[Missing]:
 
 def _told(runs: Sequence[Run]) -> str:
     """Each with its length; of many the first, and how long they are."""
-    if len(runs) <= FEW:
+    if len(runs) <= MOST_TOLD:
         return "; ".join(f"{run.name}: {run.duration_s:.3g} s{_cycles(run)}" for run in runs)
     lengths = [run.duration_s for run in runs]
     return f"{runs[0].name} and {len(runs) - 1} more: {span(min(lengths), max(lengths))} s"

@@ -15,6 +15,7 @@ SCHEMA, FIRST_SCHEMA = "snakebot.diagnosis/2", "snakebot.diagnosis/1"
 # are behind them.
 LOWEST = 0.01
 HALF = 0.5  # what is more than it is most of something, or likelier than not; by definition
+MOST_TOLD = 3  # things of a kind that are told or shown one by one; chosen: a reader keeps no more apart
 LITTLE = 0.1  # share, below which a part is little beside the whole, or one number beside another; chosen
 CLEAR_SE = 2.0  # standard errors that make a difference a clear one: 95 %; chosen
 BEYOND_CHANCE = 3.0  # standard deviations or errors that chance hardly reaches: 0.3 %; chosen

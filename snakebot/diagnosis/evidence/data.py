@@ -23,10 +23,6 @@ if TYPE_CHECKING:
 
 # Robust standard deviations off its neighbours that make a lone sample a bad reading; chosen: no noise gets there.
 SPIKE_MAD = 8.0
-# Times its noise, its standard error, an encoder's count or what is usual, from which on something stands out; chosen.
-OUTSTANDING = 4.0
-# Times the noise, the floor or a tolerance, from which on something is clearly more than that; chosen.
-CLEARLY_MORE = 2.0
 SPIKE_COUNTS = 6.0  # ... and encoder counts that it must be off at least; chosen
 # After a servo was without power, in which its state is not known, s; chosen. Shorter than ``SETTLED`` time constants:
 # where the joint is, its readings tell; a prediction goes on from them.
@@ -42,9 +38,14 @@ SETTLED = 5.0
 BLOCK_S = 1.0  # length of a block, long against a servo's time constant, s; chosen
 # Within which a set-point was applied as commanded; chosen: a count of 12 bits is 1.5e-3 rad.
 APPLIED_RAD = 2e-3
+# Times its noise, its standard error, an encoder's count or what is usual, from which on something stands out; chosen.
+OUTSTANDING = 4.0
+# Times the noise, the floor or a tolerance, from which on something is clearly more than that; chosen.
+CLEARLY_MORE = 2.0
 # Share of a run's samples that a clean line may lose, or apply otherwise than commanded; chosen.
 CLEAN_LOSS = 0.01
 MIN_SAMPLES = 8  # of a joint in a run, below which the run tells nothing about it; chosen
+FEWEST_TO_COMPARE = 3  # strokes, repeats, runs or windows, to know how far apart such are; chosen
 FEWEST_FOR_DELAY = 50  # samples of a run, below which nothing is said of delays in it; chosen
 
 

@@ -14,24 +14,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.evidence.data import MIN_SAMPLES, OUTSTANDING, Data, PreparedRun
+from snakebot.diagnosis.evidence.data import FEWEST_TO_COMPARE, MIN_SAMPLES, OUTSTANDING, Data, PreparedRun
 from snakebot.diagnosis.evidence.operators import play
-from snakebot.diagnosis.result import BEYOND_CHANCE
+from snakebot.diagnosis.result import BEYOND_CHANCE, MOST_TOLD
 from snakebot.runlog.matching.motion import same_motion
 
 FEWEST_COMPARED = 24  # samples, below which nothing is said about what a difference depends on; chosen
-FEWEST_STROKES = 3  # strokes, from one turn of the joint to the next, likewise; chosen
 RUN_PARTS = 4  # of a run, each predicted from the others; chosen
 PREDICTED = 0.8  # share of a difference that the motion must predict, for a change of the robot; chosen
-# Mean square of the predicted part over that of the runs' gaps, under which it hides none of them (chosen) ...
+# Mean square of the predicted part over that of the runs' gaps, under which it hides none of them; chosen.
 LEAST_OF_GAP = 0.02
-MUCH_OF_GAP = 0.25  # ... and above which it could hide them; chosen
-# Repeated motions from which on it is known how far apart a joint's repeats are; chosen.
-FEWEST_REPEATED = 3
+MUCH_OF_GAP = 0.25  # share of the mean square of a gap: more could hide it, or leaves it open; chosen
 # Usual steps in time, that lost readings are interpolated over at most; chosen. Fewer than ``ticks.LONGEST_BRIDGED``,
 # which is for set-points: they lie on a smooth curve, and what readings differ by is told from their noise.
 MOST_BRIDGED = 4.0
-MOST_TOLD = 3  # changed pairs that a warning tells one by one; chosen
 # After a difference of the commands, in which the joints may still show it, s; chosen. No multiple of the stated time
 # constant, as ``data.SETTLED`` is: readings are compared with readings, of servos that may be much slower than stated.
 FORGOTTEN_S = 0.3
@@ -147,7 +143,7 @@ def _with_prediction(
     slack = reading - play(reading, float(np.sqrt(np.square(left).mean())))
     regressors = np.column_stack([np.ones(rows.size), reading[rows], rate, slack[rows]])
     strokes = _strokes(rate)
-    if strokes[-1] + 1 < FEWEST_STROKES:
+    if strokes[-1] + 1 < FEWEST_TO_COMPARE:
         return one
     predicted = _predicted_by_motion(regressors, left, strokes)
     size = float(np.square(predicted).mean())
@@ -193,7 +189,7 @@ def _with_changes(data: Data, pairs: list[RepeatedPair]) -> list[RepeatedPair]:
                 if d.joint == joint and d.rows.size >= FEWEST_COMPARED:
                     motion = data.runs[pair.one].motion
                     least[motion] = min(least.get(motion, np.inf), d.rms_rad)
-        if len(least) >= FEWEST_REPEATED:
+        if len(least) >= FEWEST_TO_COMPARE:
             usual[joint] = np.median(list(least.values()))
 
     def change(d: RepeatDifference) -> bool:

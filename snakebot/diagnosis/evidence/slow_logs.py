@@ -15,14 +15,16 @@ from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.data import CLEARLY_MORE, Data
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.repeats import MUCH_OF_GAP
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.evidence.ticks import SLOWER, is_slow, row_s
 from snakebot.diagnosis.evidence.tolerance import ShiftLimits
 
 TICKS_S = (0.05, 0.02, 0.01, 0.005, 0.002)  # intervals of set-points that are tried, s; chosen
 SLOW_GAP_RATIO = 3.0  # mean square over the allowed one, from which on a joint has a gap in a run; chosen
-CLOSED = 0.75  # share of such a gap that must be taken away (chosen) ...
-SHARE_OF_GAPS = 0.6  # ... in this share of the runs and joints that have one; chosen
+SHARE_OF_GAPS = (
+    0.6  # share of the gaps, of a joint in a run each, that set-points between the rows must close; chosen
+)
 
 
 def with_ticks(evidence: Evidence) -> Data | None:
@@ -73,7 +75,7 @@ def _closes(angles: AngleEvidence, held: Floats, made: Floats) -> bool:
                 continue
             gaps += 1
             before, after = (max(float((s[rows] - allowed[rows]).mean()), 0.0) for s in (held, made))
-            closed += after <= (1 - CLOSED) * before
+            closed += after <= MUCH_OF_GAP * before
     return gaps > 0 and closed >= SHARE_OF_GAPS * gaps
 
 

@@ -14,6 +14,7 @@ from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.evidence.simulator import Simulator
+from snakebot.diagnosis.fit.fit_runs import MANY_PARAMETERS
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import ROUGH_STEPS, Trial, informative_runs, run_trial, run_trial_against
@@ -27,15 +28,17 @@ from snakebot.diagnosis.search.outlook import promising
 from snakebot.effects import registry
 from snakebot.effects.effect import Effect
 
-CLOSE_RACE = 0.25  # share of the winner's gain, within which rivals are cross-validated (chosen) ...
-# ... but so many at least and at most; one at least on top of many effects with which the body is simulated; chosen
-FEWEST_TRIALS, MOST_TRIALS = 3, 6
-MOST_FURTHER = 3  # the most on top of an accepted effect, where only the best is needed; chosen
-# What a fit may leave of the gap over what the best leaves, to take as much away; and the most that are cross-validated
-# for that, where their score alone would not have them so; chosen.
-CLOSE_LEFT, MOST_FOR_LEFT = 1.25, 2
-MANY_TERMS = 3  # terms of an explanation that a first look at one more leaves as they are; chosen
-MANY_PARAMETERS = 8  # the same of parameters, fewer than a position loop has; chosen
+# Share of what the best gains, or leaves of the gap, by which another may be worse to do nearly as well; chosen.
+NEARLY = 0.25
+MOST_TRIALS = (
+    6  # single effects that are cross-validated, or tried in the place of another one, at most; chosen
+)
+# Fits that are cross-validated at least, and at most where only the best of them is needed; chosen.
+HELD_OUT = 3
+FOLLOWED_UP = 2  # fits, the first of some, that are gone after where the best may not be first; chosen
+MANY_TERMS = (
+    3  # terms of an explanation from which on not all is fitted again, nor tried in every order; chosen
+)
 
 
 def explore(
@@ -59,11 +62,10 @@ def explore(
     order = np.argsort(reached, kind="stable")[::-1]
     if order.size == 0:
         return [], []
-    near = [i for i in order if reached[i] >= (1 - CLOSE_RACE) * reached[order[0]]]
-    fewest = 1 if _says_much(base) and evidence.predictor.simulator.needs_body(base.specs) else FEWEST_TRIALS
-    kept = list(dict.fromkeys([*order[:fewest], *near]))[
-        : MOST_FURTHER if base.hypothesis.terms else MOST_TRIALS
-    ]
+    # where a base says much of what the body must be simulated for, each takes long
+    near = [i for i in order if reached[i] >= (1 - NEARLY) * reached[order[0]]]
+    fewest = 1 if _says_much(base) and evidence.predictor.simulator.needs_body(base.specs) else HELD_OUT
+    kept = list(dict.fromkeys([*order[:fewest], *near]))[: HELD_OUT if base.hypothesis.terms else MOST_TRIALS]
     chosen = [fits[i] for i in kept if reached[i] > 0]
     chosen += _leave_least(scoring, fits, chosen, base)
     progress("holding out gaits", 0.8)
@@ -90,8 +92,8 @@ def _leave_least(
     for fit in sorted(fits, key=left.__getitem__):
         if left[fit] < HALF * left[base] or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0:
             least.setdefault(fit.hypothesis, fit)
-    first = list(least.values())[:MOST_FOR_LEFT]
-    enough = CLOSE_LEFT * left[first[0]] if first else 0.0
+    first = list(least.values())[:FOLLOWED_UP]
+    enough = (1 + NEARLY) * left[first[0]] if first else 0.0
     if any(left[fit] <= enough for fit in chosen):
         return []
     return [fit for fit in first if left[fit] <= enough]

@@ -35,14 +35,12 @@ from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.pairs import pairs
 from snakebot.diagnosis.search.plainly import by_plainer_effects, said_plainly
 from snakebot.diagnosis.search.rivals import rivals
-from snakebot.diagnosis.search.rounds import explore, first_looks, held_out, ranked
+from snakebot.diagnosis.search.rounds import FOLLOWED_UP, MOST_TRIALS, explore, first_looks, held_out, ranked
 from snakebot.diagnosis.search.wear import is_worn, with_wear
 from snakebot.in_words import listed
 
 MOST_EFFECTS = 3  # different effects in an explanation; chosen
 MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, and one more; chosen
-# Single effects tried in the place of another one, and those of them that are cross-validated; chosen.
-MOST_SWAPPED, MOST_SWAPPED_HELD = 6, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +214,7 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
     for index, term in enumerate(best.hypothesis.terms[:-1]):
         rest = best.hypothesis.without(index)
         kept = best.hypothesis.rest(best.theta, index)
-        for single in singles[:MOST_SWAPPED]:
+        for single in singles[:MOST_TRIALS]:
             other = single.hypothesis.terms[0]
             if other.effect in best.hypothesis.names:
                 continue
@@ -226,7 +224,7 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
     if not tried:
         return best
     fits = sorted(first_looks(evidence, tried), key=lambda t: -t.fitted_score(evidence.scoring))
-    trials = held_out(evidence, fits[:MOST_SWAPPED_HELD], ahead=best)
+    trials = held_out(evidence, fits[:FOLLOWED_UP], ahead=best)
     return ranked(evidence.scoring, [best, *trials])[0]
 
 

@@ -31,20 +31,16 @@ from snakebot.diagnosis.search.acceptance import (
     excess,
     excess_as_fitted,
 )
-from snakebot.diagnosis.search.candidate import Candidate, start_values
+from snakebot.diagnosis.search.candidate import SIZE_BESIDE, Candidate, start_values
 from snakebot.diagnosis.search.candidates import kinds
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.search.rounds import ranked
+from snakebot.diagnosis.search.rounds import FOLLOWED_UP, NEARLY, ranked
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
 
 LEAST_SQUARES_STEPS = 12  # iterations of the fit of all effects together by least squares, from far; chosen
 CAUCHY_STEPS = 8  # iterations of the same by the Cauchy loss, from where least squares ended; chosen
 LESS_STEPS = 5  # iterations with one effect less, from near; chosen
-# What a fault may leave, over what the one that takes most of the gap away leaves, to be tried as well; and the most
-# that are tried. Chosen.
-CLOSE_FAULT, MOST_FAULTS = 1.25, 2
-START_SHARE = 0.5  # of the size that an effect alone would start with: it is not alone here; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,9 +131,9 @@ def _faults(
 
     def does_well(trial: Trial) -> bool:
         peers = (left[t] for t in left if len(t.hypothesis.terms) == len(trial.hypothesis.terms))
-        return left[trial] < min((1 - LITTLE) * gap_square, CLOSE_FAULT * min(peers))
+        return left[trial] < min((1 - LITTLE) * gap_square, (1 + NEARLY) * min(peers))
 
-    others = [t for t in nearest.values() if t.hypothesis.terms != fault and does_well(t)][:MOST_FAULTS]
+    others = [t for t in nearest.values() if t.hypothesis.terms != fault and does_well(t)][:FOLLOWED_UP]
     return [first, *others] if fault else others
 
 
@@ -281,7 +277,7 @@ def _start(bench: _Bench, library: Library) -> Floats:
             effect = find_effect(term.effect)
             alone = start_values(term, effect.starts(library.observed, (column,))[0])
             row += [
-                p.clip(p.neutral + START_SHARE * (float(v) - p.neutral))
+                p.clip(p.neutral + SIZE_BESIDE * (float(v) - p.neutral))
                 for p, v in zip(term.open, alone, strict=True)
             ]
         rows.append(row)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from snakebot.diagnosis.result import HALF, LITTLE, AngleClosure, Cause, Diagnosis
+from snakebot.diagnosis.result import HALF, LITTLE, MOST_TOLD, AngleClosure, Cause, Diagnosis
 from snakebot.diagnosis.show import certainty
 from snakebot.diagnosis.show.named import (
     cause_sentence,
@@ -20,8 +20,7 @@ from snakebot.diagnosis.show.named import (
 from snakebot.effects.telling import joints_in_words
 from snakebot.in_words import listed, three
 
-MOST_SAID = 3  # causes that the sentence names; chosen
-MOST_LOOKS = 2  # of those what to look at is said; chosen: one screen holds no more
+MOST_LOOKS = 2  # causes of which it is said what to look at; chosen: one screen holds no more
 SOME_GAIT = "--alpha 66 --beta 80 --omega 2"  # to see effects in simulation: the example of the README
 ROBOT, RUN, SIMULATION = "On the robot", "Next run", "Simulation"
 
@@ -51,7 +50,7 @@ def statement(found: Diagnosis, *, hedged: bool = True) -> str:
         )
     if found.verdict == "unexplained":
         return _unexplained(found, count)
-    parts = [_with_rivals(cause, count) for cause in found.causes[:MOST_SAID]]
+    parts = [_with_rivals(cause, count) for cause in found.causes[:MOST_TOLD]]
     more = len(found.causes) - len(parts)
     ties = [bool(cause.indistinguishable_from) for cause in found.causes]
     if any(ties[:-1]):  # said of the tie alone, and not of what comes after it

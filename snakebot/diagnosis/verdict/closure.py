@@ -15,7 +15,7 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence import ground as ground_motion
 from snakebot.diagnosis.evidence.blocks import resample
-from snakebot.diagnosis.evidence.data import PreparedRun
+from snakebot.diagnosis.evidence.data import FEWEST_TO_COMPARE, PreparedRun
 from snakebot.diagnosis.evidence.gap import certain_over_ground, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
@@ -26,7 +26,6 @@ from snakebot.effects.spec import EffectSpec
 
 DRAWS = 1000  # of the bootstrap; chosen: 2.5 % quantiles then rest on 25 draws
 QUANTILES = (0.025, 0.975)  # ends of a 95 % interval, by definition
-LEAST_DRAWN = 3  # runs of a speed each, or windows over ground, that an interval needs; chosen
 NOT_HELD_OUT = (
     "nothing is held out, for one motion only may be fitted or shows it: before and after are of fitted runs"
 )
@@ -203,7 +202,7 @@ def speed_closure(
         reason = NOT_HELD_OUT
     else:
         closed = (e2 - a2) / (e2 - f2)
-        if before.size >= LEAST_DRAWN:
+        if before.size >= FEWEST_TO_COMPARE:
             runs_alike = np.zeros(before.size, dtype=np.int64)  # each is one number: they are exchangeable
             draw = resample(runs_alike, np.random.default_rng(seed), DRAWS)
             eb, ab = before[draw].mean(axis=1), after[draw].mean(axis=1)

@@ -25,12 +25,11 @@ from snakebot.diagnosis.fit.fit_runs import (
     specs_from,
 )
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
-from snakebot.diagnosis.fit.least_squares import refit
+from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, refit
 from snakebot.diagnosis.result import CLEAR_SE, LITTLE
 
-FOLD_STEPS = 8  # iterations from the fit to all runs, which is near; chosen
+NEAR_STEPS = 8  # iterations from where another fit ended, which is near; chosen
 FAR_STEPS = 20  # iterations from the usual value, which may be far; chosen
-BODY_FAR_STEPS = 5  # the same where each takes a simulation of the body; chosen
 
 
 def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, of_all: Fitted) -> list[Floats]:
@@ -73,7 +72,7 @@ def _near(evidence: Evidence, hypothesis: Hypothesis, of_all: Fitted) -> list[Fi
     costly |= any(term.own for term in hypothesis.terms)
     sides = (True,) if costly else (True, False)
     found = [
-        fit_runs(evidence, hypothesis, [theta], fold.fit, FOLD_STEPS, sides=sides)
+        fit_runs(evidence, hypothesis, [theta], fold.fit, NEAR_STEPS, sides=sides)
         for fold in evidence.split.folds
     ]
     mine = ~of_body(hypothesis)
@@ -149,13 +148,13 @@ def _without_uninformed(
         shared = hypothesis.touches(evidence.data.joints)[:, near].any(axis=1) & ~body
         only &= ~stay & (shared | (body & (far & body).any()))
     if not given and simulator.always_needs_body(hypothesis.specs(start)):
-        steps = BODY_FAR_STEPS
+        steps = FEWEST_STEPS
     found = fit_runs(evidence, hypothesis, [start], fold.fit, steps, only=only, loads_of=of_all_runs).theta
     if given:
         # Those torques are of another motion: with a play that the load takes up they may lead anywhere.
         before, after = (_cost(evidence, hypothesis, theta, fold.fit) for theta in (start, found))
         if after > before:
-            return fit_runs(evidence, hypothesis, [start], fold.fit, BODY_FAR_STEPS, only=~absent).theta
+            return fit_runs(evidence, hypothesis, [start], fold.fit, FEWEST_STEPS, only=~absent).theta
     return found
 
 

@@ -24,7 +24,7 @@ FIRST_STEPS = 10  # iterations of a first look at one effect on every joint; cho
 ROUGH_STEPS = 6  # iterations of a first look where the whole body must be simulated; chosen
 # Readings of joints that a first look is made on, where there are more: five joints for a minute at 100 Hz; chosen.
 FIRST_SAMPLES = 30_000
-BODY_STEPS = 12  # iterations of a fit where the whole body must be simulated, and a start is near; chosen
+COSTLY_STEPS = 12  # iterations of a fit to the whole body, or of all effects of all joints together; chosen
 # Iterations after which such a fit is given up where it is plainly behind another explanation, and by so much held-out
 # score, a fifth of the mean square: the rest of them does not make up for that; chosen.
 FEW_STEPS, FAR_BEHIND = 3, 0.1
@@ -147,7 +147,7 @@ def run_trial(
         runs, steps = informative_runs(evidence), ROUGH_STEPS
         last = last is None or last
     elif not rough and evidence.predictor.simulator.needs_body(specs):
-        steps = min(steps, BODY_STEPS)
+        steps = min(steps, COSTLY_STEPS)
     if rough and last:
         steps = min(steps, FIRST_STEPS)
     count = len(hypothesis.parameters)

@@ -19,10 +19,11 @@ from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.fit_runs import StackedAngles
+from snakebot.diagnosis.fit.fold_fits import NEAR_STEPS
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
-from snakebot.diagnosis.fit.least_squares import linearised, minimise, refit, wide_allowance
+from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, linearised, minimise, refit, wide_allowance
 from snakebot.diagnosis.fit.step import Problem
-from snakebot.diagnosis.fit.trial import Trial, run_trial_against
+from snakebot.diagnosis.fit.trial import COSTLY_STEPS, Trial, run_trial_against
 from snakebot.diagnosis.result import CLEAR_SE, LITTLE
 from snakebot.diagnosis.search.acceptance import (
     LEAST_GAIN,
@@ -37,10 +38,6 @@ from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rounds import FOLLOWED_UP, NEARLY, ranked
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
-
-LEAST_SQUARES_STEPS = 12  # iterations of the fit of all effects together by least squares, from far; chosen
-CAUCHY_STEPS = 8  # iterations of the same by the Cauchy loss, from where least squares ended; chosen
-LESS_STEPS = 5  # iterations with one effect less, from near; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,11 +288,9 @@ def _whole(bench: _Bench, library: Library) -> Whole:
     begin = _start(bench, library)
     problem = bench.problem(every, allowed)
     wide = wide_allowance(problem, bench.residual(begin, every))
-    theta = minimise(
-        replace(problem, allowed_square=wide), begin, LEAST_SQUARES_STEPS, covariance=False
-    ).theta
+    theta = minimise(replace(problem, allowed_square=wide), begin, COSTLY_STEPS, covariance=False).theta
     spread = _as_wide_as(bench, bench.square(bench.residual(theta, every)))
-    theta = minimise(bench.problem(every, spread), theta, CAUCHY_STEPS, covariance=False).theta
+    theta = minimise(bench.problem(every, spread), theta, NEAR_STEPS, covariance=False).theta
     return Whole(bench, theta, bench.square(bench.residual(theta, every)))
 
 
@@ -334,7 +329,7 @@ class Whole:
         spread = _as_wide_as(bench, self.left_square)
 
         def without(kept: Bools, start: Floats) -> tuple[Floats, Floats]:
-            found = minimise(bench.problem(kept, spread), start, LESS_STEPS, covariance=False).theta
+            found = minimise(bench.problem(kept, spread), start, FEWEST_STEPS, covariance=False).theta
             return found, bench.held_square(found, kept, spread)
 
         whole = bench.held_square(theta, every, spread)

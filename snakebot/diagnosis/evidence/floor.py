@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
-from snakebot.diagnosis.evidence.data import CLEARLY_MORE, MIN_SAMPLES, OUTSTANDING, Data, PreparedRun
+from snakebot.diagnosis.evidence.data import CLEARLY_MORE, MIN_SAMPLES, OUTSTANDING, UNLIKE, Data, PreparedRun
 from snakebot.diagnosis.evidence.repeats import (
     RepeatDifference,
     change_warnings,
@@ -21,7 +21,6 @@ from snakebot.robust import MAD_TO_STD
 # Share of the blocks, those that differ most between repeats, that is left out of the floor; chosen.
 TRIM = 0.05
 FEWEST_EVEN = 12  # samples of a joint in a run, below which they are not asked for their white noise; chosen
-EVEN = 0.3  # share of the usual step in time, by which a step may differ to be an even one; chosen
 # White noise at least, over the root mean square of the clipped differences: a median may be small by chance; chosen.
 LEAST_OF_RMS = 0.8
 # To which two logs must begin alike for their motions over ground to be compared, s; chosen.
@@ -139,7 +138,7 @@ def white_noise(data: Data, joint: int) -> float:
         if use.sum() < FEWEST_EVEN:
             continue
         dt = np.diff(run.t_s)
-        even = np.abs(dt - run.period_s) < EVEN * run.period_s
+        even = np.abs(dt - run.period_s) < UNLIKE * run.period_s
         whole = use[:-3] & use[1:-2] & use[2:-1] & use[3:] & even[:-2] & even[1:-1] & even[2:]
         third = np.diff(run.measured_rad[:, joint], n=3)[whole]
         moved = np.abs(np.diff(run.command_rad[:, joint], n=3))[whole]

@@ -14,13 +14,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.evidence.data import FEWEST_TO_COMPARE, MIN_SAMPLES, OUTSTANDING, Data, PreparedRun
+from snakebot.diagnosis.evidence.data import (
+    FEWEST_TO_COMPARE,
+    MIN_SAMPLES,
+    OUTSTANDING,
+    QUARTERS,
+    Data,
+    PreparedRun,
+)
 from snakebot.diagnosis.evidence.operators import play
 from snakebot.diagnosis.result import BEYOND_CHANCE, MOST_TOLD
 from snakebot.runlog.matching.motion import same_motion
 
 FEWEST_COMPARED = 24  # samples, below which nothing is said about what a difference depends on; chosen
-RUN_PARTS = 4  # of a run, each predicted from the others; chosen
 PREDICTED = 0.8  # share of a difference that the motion must predict, for a change of the robot; chosen
 # Mean square of the predicted part over that of the runs' gaps, under which it hides none of them; chosen.
 LEAST_OF_GAP = 0.02
@@ -169,7 +175,7 @@ def _predicted_by_motion(regressors: Floats, values: Floats, strokes: Ints) -> F
     Parts are whole strokes: where a joint comes to rest within one says nothing about the next.
     """
     out = np.empty_like(values)
-    for part in np.array_split(np.arange(strokes[-1] + 1), min(RUN_PARTS, int(strokes[-1]) + 1)):
+    for part in np.array_split(np.arange(strokes[-1] + 1), min(QUARTERS, int(strokes[-1]) + 1)):
         mine = np.isin(strokes, part)
         out[mine] = regressors[mine] @ np.linalg.lstsq(regressors[~mine], values[~mine], rcond=1e-6)[0]
     return out

@@ -13,11 +13,11 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
-from snakebot.diagnosis.evidence.data import CLEARLY_MORE, Data
+from snakebot.diagnosis.evidence.data import CLEARLY_MORE, MORE_THAN_A_STEP, Data
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.repeats import MUCH_OF_GAP
 from snakebot.diagnosis.evidence.simulator import Simulator
-from snakebot.diagnosis.evidence.ticks import SLOWER, is_slow, row_s
+from snakebot.diagnosis.evidence.ticks import is_slow, row_s
 from snakebot.diagnosis.evidence.tolerance import ShiftLimits
 
 TICKS_S = (0.05, 0.02, 0.01, 0.005, 0.002)  # intervals of set-points that are tried, s; chosen
@@ -51,7 +51,7 @@ def with_ticks(evidence: Evidence) -> Data | None:
         return None
     best: tuple[float, Data] | None = None
     for tick_s in TICKS_S:
-        if slowest <= SLOWER * tick_s:
+        if slowest <= MORE_THAN_A_STEP * tick_s:
             continue
         other = replace(
             data,

@@ -27,14 +27,13 @@ from snakebot.diagnosis.fit.step import (
     to_scale,
 )
 
-FEWEST_STEPS = (
-    5  # iterations of the shortest search that leads anywhere: costly, near, or before another; chosen
-)
+# Iterations of a fit that is to be short: each is costly, or it only prepares or mends another fit; chosen.
+FEWEST_STEPS = 5
 # Share that a fit neglects: of the cost, below which a fall ends the fit of a unit; of such a fall, below which a step
 # promises too little to be tried; chosen.
 NEGLIGIBLE = 1e-4
-# The same where a residual takes a body: a third of a standard error of a parameter, for samples that are alike for a
-# second, and a thirtieth of the score that counts as none; chosen.
+# Such a fall where a residual takes a body: a third of a standard error of a parameter, for samples that are alike for
+# a second, and a thirtieth of the score that counts as none; chosen.
 COSTLY_FALL = 1e-3
 DAMPING = 1e-3  # of a first step, share of the curvature; chosen
 LESS_DAMPING, MORE_DAMPING = 0.2, 8.0  # factors on it after a step that lowered the cost, or did not; chosen

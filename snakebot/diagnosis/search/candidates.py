@@ -11,6 +11,7 @@ import numpy as np
 from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.blocks import BlockMap, mean_difference
+from snakebot.diagnosis.evidence.data import UNLIKE
 from snakebot.diagnosis.evidence.gap import beyond, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import Scoring
@@ -39,8 +40,6 @@ HELPS_SCORE = 0.03
 HELPS_SHARE = 0.2  # share of what it gains on the joint it helps most, that it must gain there; chosen
 MOST_ALONE = 3  # joints tried one by one where the whole body must be simulated for each; chosen
 LARGE_SHARE = 0.4  # share of the gap of a joint that is tried alone where there are more; chosen
-# Range of a parameter over the joints, over its median, from which on one joint is tried; chosen.
-UNLIKE = 0.3
 START_FACTORS = (1.0, 0.4, 2.5)  # on the distance of a start from neutral; chosen
 
 

@@ -35,7 +35,7 @@ REGAINED_S = 1.0  # after a hole, for the simulated body to have regained the pa
 # Begin and end, as shares of a run, of other spans that a forward speed may have been taken over; chosen.
 OTHER_SPANS = ((0.25, 1.0), (0.4, 0.9))
 
-FORWARD, LATERAL, TURN = 0, 1, 2  # kinds of features of the motion over ground, by definition
+FORWARD, LATERAL, TURN = range(3)  # kinds of features of the motion over ground, by definition
 
 
 @dataclass(frozen=True, eq=False)

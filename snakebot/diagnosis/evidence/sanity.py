@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import tau
 
 import numpy as np
 
@@ -14,8 +15,6 @@ from snakebot.errors import BadInputError
 from snakebot.runlog import Run, Session
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
-# Beyond a whole turn no joint of a snake goes: larger numbers are degrees; chosen.
-LARGEST_ANGLE_RAD = 2 * np.pi
 LEAD_S = 0.04  # by which commands are shifted to see whether readings run ahead of them, s; chosen
 # Reading over command, times 180 / pi, within which the commands are in degrees: it is 1 for a perfect servo; chosen.
 OF_DEGREES = (0.7, 1.4)
@@ -115,7 +114,7 @@ def _check_units(where: str, runs: Sequence[Run]) -> None:
             if not np.isfinite(values).any():
                 continue
             worst = float(np.nanmax(np.abs(values)))
-            if worst > LARGEST_ANGLE_RAD:
+            if worst > tau:  # beyond a whole turn no joint of a snake goes
                 joint = int(np.nanargmax(np.nanmax(np.abs(np.nan_to_num(values)), axis=0))) + 1
                 raise BadInputError(
                     f"{where}: {run.name}: column {name}_{joint}_rad goes up to {worst:.3g} rad; "

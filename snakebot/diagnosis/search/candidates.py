@@ -40,7 +40,7 @@ HELPS_SCORE = 0.03
 HELPS_SHARE = 0.2  # share of what it gains on the joint it helps most, that it must gain there; chosen
 MOST_ALONE = 3  # joints tried one by one where the whole body must be simulated for each; chosen
 LARGE_SHARE = 0.4  # share of the gap of a joint that is tried alone where there are more; chosen
-START_FACTORS = (1.0, 0.4, 2.5)  # on the distance of a start from neutral; chosen
+START_FACTOR = 2.5  # by which a start is tried further from neutral as well, and nearer to it; chosen
 
 
 def candidates(evidence: Evidence, library: Library, base: Trial, effect: Effect) -> list[Candidate]:
@@ -63,7 +63,8 @@ def _spread(term: Term, starts: Sequence[Floats]) -> list[Floats]:
     """More starts about the given ones: a flat stretch on one side must not catch the search."""
     if not term.open:
         return [np.zeros(0)] if starts else []
-    return [scaled(term, start, factor) for start, factor in product(starts, START_FACTORS)]
+    factors = (1.0, 1 / START_FACTOR, START_FACTOR)
+    return [scaled(term, start, factor) for start, factor in product(starts, factors)]
 
 
 def _per_joint(evidence: Evidence, library: Library, base: Trial, effect: Effect) -> list[Candidate]:

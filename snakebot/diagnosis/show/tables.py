@@ -26,12 +26,13 @@ from snakebot.in_words import span, three
 from snakebot.report import Axis, BarChart, Bars, Column, Note, Section, Table
 from snakebot.robot import SERVO_LAG, Robot
 
-STATED = {  # numbers of a robot's description: what they are called, unit, by definition how many in one SI unit
-    SERVO_LAG: ("lag of the servo", "ms", 1000.0),
-    "friction.ct": ("friction along the links", "N s/m", 1.0),
-    "friction.cn": ("friction across the links", "N s/m", 1.0),
-    "link_mass_kg": ("mass of a link", "kg", 1.0),
+STATED = {  # numbers of a robot's description: what they are called, and the unit
+    SERVO_LAG: ("lag of the servo", "ms"),
+    "friction.ct": ("friction along the links", "N s/m"),
+    "friction.cn": ("friction across the links", "N s/m"),
+    "link_mass_kg": ("mass of a link", "kg"),
 }
+IN_SI_UNIT = {"ms": 1000.0}  # how many of these are in one SI unit, by definition; of others one
 SOME = 1.5  # tolerances by which a stated number is "off"; chosen
 
 
@@ -183,10 +184,12 @@ def _not_told(found: Diagnosis, robot: Robot) -> list[list[object]]:
     for name, value in stated:
         if name in told:
             continue
-        called, unit, factor = STATED[name]
+        called, unit = STATED[name]
         kind = {"friction": "friction", "servo": "delay"}.get(name.split(".")[0])
         why = "see the cause" if kind in set_by_cause else "not told by these runs"
-        rows.append([called, "the robot", f"{_listed(value, factor)} {unit}", why, "", "", ""])
+        rows.append(
+            [called, "the robot", f"{_listed(value, IN_SI_UNIT.get(unit, 1.0))} {unit}", why, "", "", ""]
+        )
     return rows + [[called, "the robot", value, "taken as stated", "", "", ""] for called, value in exact]
 
 
@@ -198,7 +201,8 @@ def _listed(value: float | tuple[float, ...], factor: float = 1.0) -> str:
 
 
 def _stated_row(number: StatedNumber, count: int) -> list[object]:
-    called, unit, factor = STATED.get(number.number, (number.number.replace("_", " "), "", 1.0))
+    called, unit = STATED.get(number.number, (number.number.replace("_", " "), ""))
+    factor = IN_SI_UNIT.get(unit, 1.0)
     off = number.estimate - number.stated
     times = abs(off) / number.tolerance if number.tolerance > 0 else 0.0
     word = "far off" if times > BEYOND_CHANCE else "off" if times > SOME else "as stated"

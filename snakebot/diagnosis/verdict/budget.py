@@ -23,7 +23,7 @@ from snakebot.diagnosis.fit.fit_runs import ground_residuals
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import LITTLE, BudgetEntry, Cause
 from snakebot.diagnosis.search.rounds import MANY_TERMS
-from snakebot.diagnosis.verdict.closure import DRAWS, QUANTILES
+from snakebot.diagnosis.verdict.closure import DRAWS, ends_of_95_percent
 from snakebot.effects.spec import EffectSpec
 
 SOME_ORDERS = 4  # orders of more causes that are tried, each forwards and backwards; chosen
@@ -196,7 +196,7 @@ class _Shares:
         shares = self.of(np.ones(self.size.size, dtype=bool))
         if shares is None:
             return []
-        drawn = None if draw is None else np.nanquantile(self.drawn(draw), QUANTILES, axis=0)
+        drawn = None if draw is None else ends_of_95_percent(self.drawn(draw))
         by_joint = [self.of(rows) for rows in joints]
         by_run = {name: self.of(rows) for name, rows in runs.items()}
 

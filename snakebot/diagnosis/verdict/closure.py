@@ -25,7 +25,6 @@ from snakebot.diagnosis.result import LITTLE, AngleClosure, JointClosure, RunSpe
 from snakebot.effects.spec import EffectSpec
 
 DRAWS = 1000  # of the bootstrap; chosen: 2.5 % quantiles then rest on 25 draws
-QUANTILES = (0.025, 0.975)  # ends of a 95 % interval, by definition
 NOT_HELD_OUT = (
     "nothing is held out, for one motion only may be fitted or shows it: before and after are of fitted runs"
 )
@@ -230,5 +229,10 @@ def _mean(square: Floats, size: Floats) -> float:
 
 
 def _interval(values: Floats) -> tuple[float, float]:
-    low, high = np.quantile(values, QUANTILES)
+    low, high = ends_of_95_percent(values)
     return float(low), float(high)
+
+
+def ends_of_95_percent(drawn: Floats) -> Floats:
+    """(2, ...) ends of the interval in which 95 % of the draws (D, ...) lie; those that are nan do not count."""
+    return np.asarray(np.nanquantile(drawn, (0.025, 0.975), axis=0))

@@ -27,9 +27,8 @@ SPEED_RESOLUTION_M_S = 0.001  # of a treadmill or camera at best, m/s; chosen
 TURN_RESOLUTION_RAD_S = 0.003  # the same of a turn rate, rad/s; chosen
 SPEED_ACCURACY = 0.005  # relative error of a measured speed; chosen
 SHORTEST_S = 0.25  # of a window, below which the pose's noise is larger than what it shows, s; chosen
-POSE_SMOOTH_S = (
-    0.2  # span of the cubics through a pose, and of what it may lack at the end of a window, s; chosen
-)
+# Span of the cubics through a pose, and of what the pose may lack at either end of a window, s; chosen.
+POSE_SMOOTH_S = 0.2
 NOISE_DRAWS = 8  # of the noise of a pose, to see what it does to velocities; chosen
 REGAINED_S = 1.0  # after a hole, for the simulated body to have regained the pace of the real one, s; chosen
 # Begin and end, as shares of a run, of other spans that a forward speed may have been taken over; chosen.

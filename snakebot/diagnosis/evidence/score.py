@@ -19,7 +19,7 @@ from snakebot.diagnosis.evidence.blocks import MeanDifference, mean_difference
 GROUND = -1  # "joint" of the blocks of the motion over ground, by definition
 # Difference of two mean scores below which there is no ground to prefer one: 4 % of the mean square; chosen.
 ALIKE = 0.02
-# Share of a gap, of a change or of a standard deviation, below which a part is neglected; chosen.
+# Part of a gap, a change, a standard deviation or a certainty, that is neglected; chosen.
 NEXT_TO_NOTHING = 0.05
 
 

@@ -22,9 +22,8 @@ from snakebot.diagnosis.evidence.tolerance import ShiftLimits
 
 TICKS_S = (0.05, 0.02, 0.01, 0.005, 0.002)  # intervals of set-points that are tried, s; chosen
 SLOW_GAP_RATIO = 3.0  # mean square over the allowed one, from which on a joint has a gap in a run; chosen
-SHARE_OF_GAPS = (
-    0.6  # share of the gaps, of a joint in a run each, that set-points between the rows must close; chosen
-)
+# Share of the gaps, of a joint in a run each, that set-points between the rows must close; chosen.
+SHARE_OF_GAPS = 0.6
 
 
 def with_ticks(evidence: Evidence) -> Data | None:

@@ -21,7 +21,7 @@ from snakebot.effects.spec import EffectSpec
 
 FULL_STEPS = 30  # iterations of a fit; chosen
 FIRST_STEPS = 10  # iterations of a first look at one effect on every joint; chosen
-ROUGH_STEPS = 6  # iterations of a first look where the whole body must be simulated; chosen
+ROUGH_STEPS = 6  # iterations of a rough fit, each of which takes a simulation of the body; chosen
 # Readings of joints that a first look is made on, where there are more: five joints for a minute at 100 Hz; chosen.
 FIRST_SAMPLES = 30_000
 COSTLY_STEPS = 12  # iterations of a fit to the whole body, or of all effects of all joints together; chosen

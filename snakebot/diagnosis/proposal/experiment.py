@@ -15,7 +15,7 @@ import numpy as np
 
 from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import ALIKE
+from snakebot.diagnosis.evidence.score import ALIKE, NEXT_TO_NOTHING
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, MenuMotion, menu, motion_of
@@ -28,14 +28,12 @@ from snakebot.diagnosis.proposal.separation import (
     times_noise,
 )
 from snakebot.diagnosis.result import LOWEST, NextExperiment
+from snakebot.diagnosis.search.rounds import LOOKED_AT
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
 __all__ = ["Proposal", "motion_of", "propose"]
 
-LOOKED_AT = 6  # motions of the menu that are tried with the parameters' uncertainty; chosen
 MOST_COMPARED = 4  # explanations that are compared; chosen
-# Probability that a motion must gain more if the robot is lifted for it, or if it is long; chosen.
-TROUBLE = 0.05
 
 RivalPair = tuple[int, int]
 
@@ -92,9 +90,12 @@ def propose(evidence: Evidence, rivals: Sequence[Trial], probability: float) -> 
 
 
 def _value(look: _Look) -> tuple[float, float]:
-    """To sort by: what will be known, less the trouble; among equals, the clearer."""
+    """To sort by: what will be known, less the trouble; among equals, the clearer.
+
+    To lift the robot, or to wait long, for next to nothing is not worth the trouble.
+    """
     option = look.motion.option
-    trouble = TROUBLE * (option.lifted + (option.duration_s > DURATION_S))
+    trouble = NEXT_TO_NOTHING * (option.lifted + (option.duration_s > DURATION_S))
     return round(look.settled - trouble, 3), min(look.lead.values())
 
 

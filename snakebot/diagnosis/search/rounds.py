@@ -30,15 +30,13 @@ from snakebot.effects.effect import Effect
 
 # Share of what the best gains, or leaves of the gap, by which another may be worse to do nearly as well; chosen.
 NEARLY = 0.25
-MOST_TRIALS = (
-    6  # single effects that are cross-validated, or tried in the place of another one, at most; chosen
-)
+# Of what a first look promises most of, effects or motions, how many are looked at closer; chosen.
+LOOKED_AT = 6
 # Fits that are cross-validated at least, and at most where only the best of them is needed; chosen.
 HELD_OUT = 3
 FOLLOWED_UP = 2  # fits, the first of some, that are gone after where the best may not be first; chosen
-MANY_TERMS = (
-    3  # terms of an explanation from which on not all is fitted again, nor tried in every order; chosen
-)
+# Terms of an explanation that are many: they are not all fitted again, nor tried in every order; chosen.
+MANY_TERMS = 3
 
 
 def explore(
@@ -65,7 +63,7 @@ def explore(
     # where a base says much of what the body must be simulated for, each takes long
     near = [i for i in order if reached[i] >= (1 - NEARLY) * reached[order[0]]]
     fewest = 1 if _says_much(base) and evidence.predictor.simulator.needs_body(base.specs) else HELD_OUT
-    kept = list(dict.fromkeys([*order[:fewest], *near]))[: HELD_OUT if base.hypothesis.terms else MOST_TRIALS]
+    kept = list(dict.fromkeys([*order[:fewest], *near]))[: HELD_OUT if base.hypothesis.terms else LOOKED_AT]
     chosen = [fits[i] for i in kept if reached[i] > 0]
     chosen += _leave_least(scoring, fits, chosen, base)
     progress("holding out gaits", 0.8)

@@ -35,7 +35,7 @@ from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.pairs import pairs
 from snakebot.diagnosis.search.plainly import by_plainer_effects, said_plainly
 from snakebot.diagnosis.search.rivals import rivals
-from snakebot.diagnosis.search.rounds import FOLLOWED_UP, MOST_TRIALS, explore, first_looks, held_out, ranked
+from snakebot.diagnosis.search.rounds import FOLLOWED_UP, LOOKED_AT, explore, first_looks, held_out, ranked
 from snakebot.diagnosis.search.wear import is_worn, with_wear
 from snakebot.in_words import listed
 
@@ -214,7 +214,7 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
     for index, term in enumerate(best.hypothesis.terms[:-1]):
         rest = best.hypothesis.without(index)
         kept = best.hypothesis.rest(best.theta, index)
-        for single in singles[:MOST_TRIALS]:
+        for single in singles[:LOOKED_AT]:
             other = single.hypothesis.terms[0]
             if other.effect in best.hypothesis.names:
                 continue

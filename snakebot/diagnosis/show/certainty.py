@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from snakebot.diagnosis.result import HALF, Diagnosis, RankingEntry
+from snakebot.diagnosis.result import HALF, LIKELY, Diagnosis, RankingEntry
 from snakebot.diagnosis.show.named import effect_title, explanation, joint_count, runs_in_words
 from snakebot.in_words import listed
 
-SURE, LIKELY = 0.85, 0.6  # least probability of the words, and of an end of experiments; chosen
+SURE = 0.85  # least probability of the word, and of an end of experiments; chosen
 
 
 def least_probability(found: Diagnosis) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from snakebot.diagnosis.result import (
     BEYOND_CHANCE,
     CLEAR_SE,
+    OFF,
     BudgetEntry,
     Diagnosis,
     RankingEntry,
@@ -33,7 +34,6 @@ STATED = {  # numbers of a robot's description: what they are called, and the un
     "link_mass_kg": ("mass of a link", "kg"),
 }
 IN_SI_UNIT = {"ms": 1000.0}  # how many of these are in one SI unit, by definition; of others one
-SOME = 1.5  # tolerances by which a stated number is "off"; chosen
 
 
 def add_numbers(section: Section, found: Diagnosis) -> None:
@@ -205,7 +205,7 @@ def _stated_row(number: StatedNumber, count: int) -> list[object]:
     factor = IN_SI_UNIT.get(unit, 1.0)
     off = number.estimate - number.stated
     times = abs(off) / number.tolerance if number.tolerance > 0 else 0.0
-    word = "far off" if times > BEYOND_CHANCE else "off" if times > SOME else "as stated"
+    word = "far off" if times > BEYOND_CHANCE else "off" if times > OFF else "as stated"
     percent = f" ({100 * off / number.stated:+.0f} %)" if number.stated else ""
     low, high = number.ci95
     return [

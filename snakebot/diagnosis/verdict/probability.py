@@ -17,14 +17,13 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.score import ALIKE
-from snakebot.diagnosis.result import HALF, LOWEST, NO_PERCENT, Cause, RankingEntry
+from snakebot.diagnosis.result import HALF, LIKELY, LOWEST, NO_PERCENT, Cause, RankingEntry
 
 CALIBRATION_FILE = Path(__file__).parents[1] / "calibration.json"
 SCHEMA = "snakebot.calibration/1"
 
-# Mean square left over the allowed one, above which a probability is at most ``MOST_BESIDE_REST``; chosen.
+# Mean square left over the allowed one, above which a cause is no more than likely; chosen.
 LARGE_REST = 100.0
-MOST_BESIDE_REST = 0.6  # highest probability of a cause beside such a rest; chosen
 # Highest probability of a cause of the body beside a rest over ground. Joint angles are measured there, so no error of
 # a servo's model is in it: another law, or another cause, is likelier than not; chosen.
 MOST_BESIDE_GROUND_REST = 0.45
@@ -102,7 +101,7 @@ def probability(features: CauseFeatures) -> float:
     x = rule.intercept + float(np.dot(rule.weights, features.vector()))
     p = float(np.clip(1 / (1 + np.exp(-x)), LOWEST, 1 - LOWEST))
     if features.rest > LARGE_REST:
-        p = min(p, MOST_BESIDE_REST)
+        p = min(p, LIKELY)
     return min(p, HALF) if features.motions < 2 else p
 
 

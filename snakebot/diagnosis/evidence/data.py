@@ -36,7 +36,7 @@ USUAL = 0.8  # quantile of the steps in time that is the usual one, however unev
 # Time constants (or lengths of the hole, if it is short) after which a servo has settled; chosen: 0.7 % of a step is
 # left. Of the stated servo, since what follows a hole is compared with its prediction.
 SETTLED = 5.0
-BLOCK_S = 1.0  # length of a block, long against a servo's time constant, s; chosen
+BLOCK_S = 1.0  # length of a block: in it a servo and a body forget what was before, s; chosen
 # Within which a set-point was applied as commanded; chosen: a count of 12 bits is 1.5e-3 rad.
 APPLIED_RAD = 2e-3
 # Times its noise, its standard error, an encoder's count or what is usual, from which on something stands out; chosen.

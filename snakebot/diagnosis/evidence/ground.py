@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.arrays import Floats, Ints
-from snakebot.diagnosis.evidence.data import HOLE_S, QUARTERS, Data, PreparedRun, holes
+from snakebot.diagnosis.evidence.data import BLOCK_S, HOLE_S, QUARTERS, Data, PreparedRun, holes
 from snakebot.smoothing import smoothed
 
 if TYPE_CHECKING:
@@ -30,7 +30,6 @@ SHORTEST_S = 0.25  # of a window, below which the pose's noise is larger than wh
 # Span of the cubics through a pose, and of what the pose may lack at either end of a window, s; chosen.
 POSE_SMOOTH_S = 0.2
 NOISE_DRAWS = 8  # of the noise of a pose, to see what it does to velocities; chosen
-REGAINED_S = 1.0  # after a hole, for the simulated body to have regained the pace of the real one, s; chosen
 # Begin and end, as shares of a run, of other spans that a forward speed may have been taken over; chosen.
 OTHER_SPANS = ((0.25, 1.0), (0.4, 0.9))
 
@@ -170,9 +169,11 @@ def _smoothed_pose(t_s: Floats, pose: Floats) -> Floats:
 
 
 def broken(run: PreparedRun, start_s: float, end_s: float) -> bool:
-    """Whether a stretch of a run has, or comes soon after, a hole in the log: no replay knows the way through it."""
+    """Whether a stretch of a run has, or comes soon after, a hole in the log: no replay knows the way through it, and
+    the simulated body regains the pace of the real one only when what was before is forgotten.
+    """
     before = holes(run.t_s, HOLE_S)
-    return bool(np.any((run.t_s[before] < end_s) & (run.t_s[before + 1] + REGAINED_S > start_s)))
+    return bool(np.any((run.t_s[before] < end_s) & (run.t_s[before + 1] + BLOCK_S > start_s)))
 
 
 def steady_span(run: PreparedRun) -> tuple[float, float]:

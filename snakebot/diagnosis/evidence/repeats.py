@@ -30,7 +30,8 @@ FEWEST_COMPARED = 24  # samples, below which nothing is said about what a differ
 PREDICTED = 0.8  # share of a difference that the motion must predict, for a change of the robot; chosen
 # Mean square of the predicted part over that of the runs' gaps, under which it hides none of them; chosen.
 LEAST_OF_GAP = 0.02
-MUCH_OF_GAP = 0.25  # share of the mean square of a gap: more could hide it, or leaves it open; chosen
+# Share of the mean square of a gap, above which what changes in it, or is left of it, is much of it; chosen.
+MUCH_OF_GAP = 0.25
 # Usual steps in time, that lost readings are interpolated over at most; chosen. Fewer than ``ticks.LONGEST_BRIDGED``,
 # which is for set-points: they lie on a smooth curve, and what readings differ by is told from their noise.
 MOST_BRIDGED = 4.0

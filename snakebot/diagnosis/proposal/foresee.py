@@ -95,9 +95,8 @@ def _turns_of(
 
 def lead_over(motions: Sequence[SimulatedMotion], truth: Foreseen, rival: Foreseen) -> tuple[float, Foreseen]:
     """Mean score by which the truth would lead over a rival that has come as close as it can, and that rival."""
-    share = _turned(
-        motions, truth, rival
-    )  # of the standard deviations of its prior; far off, slopes are others
+    # In standard deviations of its prior. Where it is off, slopes are others.
+    share = _turned(motions, truth, rival)
     lead = _left(motions, truth, rival, share)
     for _ in range(ROUGH_STEPS):
         far = bool(np.any(np.abs(share) > OFF))

@@ -35,7 +35,8 @@ LOOKED_AT = 6
 # Fits that are cross-validated at least, and at most where only the best of them is needed; chosen.
 HELD_OUT = 3
 FOLLOWED_UP = 2  # fits, the first of some, that are gone after where the best may not be first; chosen
-# Terms of an explanation that are many: they are not all fitted again, nor tried in every order; chosen.
+# Terms of an explanation; where it has more, or gets one more, not all are fitted again, nor all rivals and orders of
+# them tried; chosen.
 MANY_TERMS = 3
 
 
@@ -60,8 +61,8 @@ def explore(
     order = np.argsort(reached, kind="stable")[::-1]
     if order.size == 0:
         return [], []
-    # where a base says much of what the body must be simulated for, each takes long
     near = [i for i in order if reached[i] >= (1 - NEARLY) * reached[order[0]]]
+    # On top of many effects with which the body is simulated, each takes long.
     fewest = 1 if _says_much(base) and evidence.predictor.simulator.needs_body(base.specs) else HELD_OUT
     kept = list(dict.fromkeys([*order[:fewest], *near]))[: HELD_OUT if base.hypothesis.terms else LOOKED_AT]
     chosen = [fits[i] for i in kept if reached[i] > 0]

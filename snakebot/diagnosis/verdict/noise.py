@@ -44,8 +44,8 @@ def noise_effect() -> Effect:
 
 
 def noisy_encoders(data: Data, floor: Floor) -> EncoderScatter | None:
-    """None where the scatter is what one takes for granted: usual, or not outstanding beside that of counts and beside
-    that of the median joint.
+    """None where the scatter is what one takes for granted. It is not where a joint scatters more than usual, or stands
+    out of the median joint; and in either case of its counts.
     """
     white = floor.white_rad
     q = data.quantiser_rad

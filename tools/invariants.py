@@ -114,6 +114,12 @@ def closure_is_what_it_says(answer: Answer) -> Iterator[str]:
         if not isclose(part["closed"], (b2 - a2) / (b2 - f2), abs_tol=1e-6):
             yield f"{name}: closed {part['closed']:.3f}, by its errors {(b2 - a2) / (b2 - f2):.3f}"
     angle = answer["closure"].get("joint_angle") or {}
+    beyond = angle.get("closed_beyond_tolerance")
+    if beyond is not None:
+        b2, a2 = (angle[key] ** 2 for key in ("rms_before_within_tolerance", "rms_within_tolerance"))
+        f2 = (angle["rms_floor"] or 0.0) ** 2
+        if not isclose(beyond, (b2 - a2) / (b2 - f2), abs_tol=1e-6):
+            yield f"beyond tolerance: closed {beyond:.3f}, by its errors {(b2 - a2) / (b2 - f2):.3f}"
     joints = answer["closure"].get("by_joint") or []
     for key in ("rms_before", "rms_after"):
         values = [joint[key] for joint in joints]
@@ -151,9 +157,15 @@ def unexplained_claims_nothing(answer: Answer) -> Iterator[str]:
 
 
 def explained_closes_half(answer: Answer) -> Iterator[str]:
-    """What explains a gap closes half of it at least, of the joint angles or of the motion over ground."""
-    if answer["verdict"] in ("explained", "partly") and _closed(answer) and max(_closed(answer)) < HALF:
-        yield f"{answer['verdict']}, closed {max(_closed(answer)):.2f}"
+    """What explains a gap closes half of it at least, of the joint angles or of the motion over ground.
+
+    Where nothing beyond tolerance is left, that is half of what no tolerance of the stated numbers accounts for.
+    """
+    closed = _closed(answer)
+    if answer["verdict"] == "explained" and closed:
+        closed.append((answer["closure"]["joint_angle"] or {}).get("closed_beyond_tolerance") or 0.0)
+    if answer["verdict"] in ("explained", "partly") and closed and max(closed) < HALF:
+        yield f"{answer['verdict']}, closed {max(closed):.2f}"
 
 
 def verdict_and_causes_agree(answer: Answer) -> Iterator[str]:

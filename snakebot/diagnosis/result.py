@@ -158,15 +158,19 @@ class AngleClosure(_Part):
     """How far the gap shrinks on runs no parameter was fitted to: closed = (before^2 - after^2) / (before^2 -
     floor^2). Where no run is held out, ``closed`` is null and before and after are of the runs that were fitted.
 
-    ``rms_within_tolerance`` is after, with the lags as far from those stated as is credible and the runs say.
+    ``rms_within_tolerance`` is after, with the lags as far from those stated as is credible and the runs say;
+    ``rms_before_within_tolerance`` is before, likewise. ``closed_beyond_tolerance`` is the same share of those two: of
+    the gap that no tolerance accounts for, on which the verdict rests. null where ``closed`` is.
     """
 
     unit: Literal["rad"] = "rad"
     rms_before: float
     rms_after: float
+    rms_before_within_tolerance: float | None = None
     rms_within_tolerance: float | None = None
     rms_floor: float | None
     closed: float | None
+    closed_beyond_tolerance: float | None = None
     ci95: ConfidenceInterval | None = None
     reason: str | None = None  # why `closed` is null, or `floor` is
 
@@ -346,7 +350,8 @@ class Diagnosis(_Part):
                 del data[name]
             if data["closure"]["forward_speed"] is not None:
                 del data["closure"]["forward_speed"]["rms_measured"]
-            del data["closure"]["joint_angle"]["rms_within_tolerance"]
+            for name in ("rms_before_within_tolerance", "rms_within_tolerance", "closed_beyond_tolerance"):
+                del data["closure"]["joint_angle"][name]
             del data["closure"]["by_joint"], data["where"]["stages"], data["where"]["stages_in_words"]
             for entry in data["ranking"]:
                 del entry["parameters"], entry["rms_after"], entry["worse_in"]

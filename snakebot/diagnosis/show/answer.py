@@ -107,13 +107,14 @@ def effect_on_error(found: Diagnosis) -> list[str]:
 def _tolerated(angle: AngleClosure) -> str | None:
     """That most of what is left is what the stated numbers may be off by; None where it is not, or is little."""
     within, floor = angle.rms_within_tolerance, angle.rms_floor or 0.0
-    if angle.closed is None or within is None or angle.closed > 1 - LITTLE:
+    before = angle.rms_before_within_tolerance
+    if angle.closed is None or within is None or before is None or angle.closed > 1 - LITTLE:
         return None
     if angle.rms_after**2 - within**2 < HALF * (angle.rms_after**2 - floor**2):
         return None
     return (
         "Most of the rest is what the stated numbers are off by, within their tolerance: with the lags that these runs "
-        f"tell, {in_degrees(within)} deg is left."
+        f"tell, it falls from {in_degrees(before)} to {in_degrees(within)} deg."
     )
 
 

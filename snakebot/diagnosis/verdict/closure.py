@@ -38,12 +38,12 @@ def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) ->
     size = blocks.samples[rows]
     before, after = (angles.mean_square(trial.readings)[rows] for trial in (nominal, best))
     e2, a2 = _mean(before, size), _mean(after, size)
-    within = _mean(blocks.mean_square(best.left)[rows], size)
+    before_within, within = (_mean(blocks.mean_square(trial.left)[rows], size) for trial in (nominal, best))
     joint = blocks.joint[rows]
     floor = evidence.floor
     f2 = _mean(np.square(floor.rad)[joint], size) if floor.known else 0.0
     bound = f2 if floor.known else _mean(np.square(floor.white_rad)[joint], size)
-    closed, interval, reason = None, None, None
+    closed, beyond, interval, reason = None, None, None, None
     shown = np.isin(scoring.run, split.shown)
     significant = gap_of(scoring, nominal.held_square).significant
     significant = significant | gap_of(scoring, nominal.held_square, shown).significant
@@ -55,6 +55,8 @@ def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) ->
         reason = NOT_HELD_OUT
     else:
         closed = (e2 - a2) / (e2 - f2)
+        if before_within - bound > LITTLE * bound:
+            beyond = (before_within - within) / (before_within - f2)
         draw = resample(blocks.run[rows], np.random.default_rng(seed), DRAWS)
         weight = size[draw].sum(axis=1)
         eb = (before * size)[draw].sum(axis=1) / weight
@@ -65,9 +67,11 @@ def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) ->
     return AngleClosure(
         rms_before=float(np.sqrt(e2)),
         rms_after=float(np.sqrt(a2)),
+        rms_before_within_tolerance=float(np.sqrt(before_within)),
         rms_within_tolerance=float(np.sqrt(within)),
         rms_floor=float(np.sqrt(f2)) if floor.known else None,
         closed=closed,
+        closed_beyond_tolerance=beyond,
         ci95=interval,
         reason=reason,
     )

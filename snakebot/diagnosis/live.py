@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from math import degrees
 from typing import TYPE_CHECKING
 
-from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S
+from snakebot.diagnosis.proposal.menu import BETA_DEG, DURATION_S, RAMP_S
 from snakebot.diagnosis.show.certainty import SURE
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion, Probe, check_motion, parse_probe
@@ -21,7 +21,12 @@ if TYPE_CHECKING:
 
 # alpha deg, beta deg, omega rad/s: fast and slow, wide and small; the first one again at the end, for the noise
 # floor. Chosen.
-START: tuple[tuple[float, float, float], ...] = ((50, 80, 2.0), (30, 80, 4.0), (30, 80, 1.0), (4, 80, 0.5))
+START: tuple[tuple[float, float, float], ...] = (
+    (50, BETA_DEG, 2.0),
+    (30, BETA_DEG, 4.0),
+    (30, BETA_DEG, 1.0),
+    (4, BETA_DEG, 0.5),
+)
 BUDGET = 9  # runs: the starting set, and four to separate what is left; chosen
 _SMALLER = 0.8  # a gait beyond the robot's limits is tried with so much of its amplitude; chosen
 _TIMES = 12  # such tries at most; chosen

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.diagnosis.evidence.data import MIN_SAMPLES, holes, motion_numbers
-from snakebot.diagnosis.evidence.sanity import LEAST_MOTION_COUNTS
+from snakebot.diagnosis.evidence.data import CLEAN_LOSS, MIN_SAMPLES, OUTSTANDING, holes, motion_numbers
+from snakebot.diagnosis.evidence.sanity import MANY_BAD
 from snakebot.diagnosis.live import starting_set
 from snakebot.diagnosis.proposal.menu import DURATION_S
+from snakebot.diagnosis.result import LITTLE, MOST_TOLD
 from snakebot.errors import BadInputError
 from snakebot.in_words import span
 from snakebot.runlog import Run, Session
@@ -20,10 +21,7 @@ from snakebot.runlog.number_table import stem_and_suffix
 
 FEWEST_MOTIONS = 3  # that differ; chosen: two to fit, one to check on, as docs/diagnosis.md says
 SHORT_S = 8.0  # of a run with its ramps, below which it holds few cycles of a slow gait; chosen
-FEW = 3  # short runs that are told one by one; chosen
-LOST = 0.01  # share of a run's readings, above which the line should be checked; chosen
 SMALL_DEG = 6.0  # swing of a motion that shows dead bands, play and friction; chosen
-UNEVEN = 0.2  # share of steps in time that are off the usual one by a tenth, above which a clock is doubted; chosen
 
 
 @dataclass(frozen=True)
@@ -121,7 +119,7 @@ def _state(run: Run) -> str:
 
 
 def _still_joints(runs: Sequence[Run], session: Session, way: _Commands) -> list[Missing]:
-    least, out = LEAST_MOTION_COUNTS * session.robot.rad_per_count, []
+    least, out = OUTSTANDING * session.robot.rad_per_count, []
     for joint in range(session.robot.joints):
         told = max((_swing(run.command_rad[:, joint]) for run in runs), default=0.0)
         seen = max((_swing(run.measured_rad[:, joint]) for run in runs), default=0.0)
@@ -176,7 +174,7 @@ def _too_short(runs: Sequence[Run], way: _Commands) -> list[Missing]:
 
 def _told(runs: Sequence[Run]) -> str:
     """Each with its length; of many the first, and how long they are."""
-    if len(runs) <= FEW:
+    if len(runs) <= MOST_TOLD:
         return "; ".join(f"{run.name}: {run.duration_s:.3g} s{_cycles(run)}" for run in runs)
     lengths = [run.duration_s for run in runs]
     return f"{runs[0].name} and {len(runs) - 1} more: {span(min(lengths), max(lengths))} s"
@@ -193,8 +191,8 @@ def _lost(runs: Sequence[Run], way: _Commands) -> list[Missing]:
     for run in runs:
         lost = float(np.mean(~np.isfinite(run.measured_rad)))
         gaps = len(holes(run.t_s))
-        if lost > LOST or gaps > LOST * len(run):
-            what = f"{lost:.1%} of the readings are lost" if lost > LOST else f"{gaps} holes in time"
+        if lost > CLEAN_LOSS or gaps > CLEAN_LOSS * len(run):
+            what = f"{lost:.1%} of the readings are lost" if lost > CLEAN_LOSS else f"{gaps} holes in time"
             text = f"{run.name}: {what}: look at the line, then record it again"
             out.append(Missing("lost samples", text, way.again(run)))
     return out
@@ -206,8 +204,8 @@ def _clocks(runs: Sequence[Run], way: _Commands) -> list[Missing]:
     for run in runs:
         steps = np.diff(run.t_s)
         usual = float(np.median(steps))
-        off = float(np.mean(np.abs(steps - usual) > 0.1 * usual))
-        if off > UNEVEN:
+        off = float(np.mean(np.abs(steps - usual) > LITTLE * usual))
+        if off > MANY_BAD:
             text = (
                 f"{run.name}: {off:.0%} of the time steps are off the usual {1e3 * usual:.3g} ms by more than a tenth: "
                 "is t_s the time at which each set-point was sent, by one clock?"

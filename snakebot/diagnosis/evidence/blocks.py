@@ -16,7 +16,6 @@ from snakebot.diagnosis.evidence.data import Data
 LEAST_FILLED = 0.25  # share of its samples, below which a block is left out; chosen
 # Correlation of neighbouring blocks that is believed at most: it makes an error three times as large; chosen.
 MOST_CORRELATED = 0.8
-CLEAR_SE = 2.0  # standard errors that make a difference a clear one: 95 %; chosen
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,19 +27,28 @@ SPIKE_COUNTS = 6.0  # ... and encoder counts that it must be off at least; chose
 # After a servo was without power, in which its state is not known, s; chosen. Shorter than ``SETTLED`` time constants:
 # where the joint is, its readings tell; a prediction goes on from them.
 WAKE_UP_S = 0.05
-# Step in time over the usual one, from which on it is a hole: what was commanded in it is not known; chosen.
-HOLE_RATIO = 1.5
+# Steps in time from one row to the next, from which on something is missing between them: by definition nearer to two
+# steps than to one.
+MORE_THAN_A_STEP = 1.5
 # Without a row, above which it is not known where a joint was meanwhile, s; chosen.
 HOLE_S = 0.1
 USUAL = 0.8  # quantile of the steps in time that is the usual one, however unevenly a log was sampled; chosen
 # Time constants (or lengths of the hole, if it is short) after which a servo has settled; chosen: 0.7 % of a step is
 # left. Of the stated servo, since what follows a hole is compared with its prediction.
 SETTLED = 5.0
-BLOCK_S = 1.0  # length of a block, long against a servo's time constant, s; chosen
+BLOCK_S = 1.0  # length of a block: in it a servo and a body forget what was before, s; chosen
 # Within which a set-point was applied as commanded; chosen: a count of 12 bits is 1.5e-3 rad.
 APPLIED_RAD = 2e-3
-CLEAN = 0.99  # share of the samples that must be applied as commanded, for the link to have no effect; chosen
-MIN_SAMPLES = 8  # of a joint in a run, below which the run tells nothing about it; chosen
+# Times its noise, its standard error, an encoder's count or what is usual, from which on something stands out; chosen.
+OUTSTANDING = 4.0
+# Times the noise, the floor or a tolerance, from which on something is clearly more than that; chosen.
+CLEARLY_MORE = 2.0
+# Share of a run's samples that a clean line may lose, or apply otherwise than commanded; chosen.
+CLEAN_LOSS = 0.01
+UNLIKE = 0.3  # share of the usual step in time, or value, by which another differs and is unlike it; chosen
+QUARTERS = 4  # parts of a run, or of a cycle, that are looked at each for itself; chosen
+MIN_SAMPLES = 8  # of a joint in a run, or windows over ground, below which they tell nothing; chosen
+FEWEST_TO_COMPARE = 3  # strokes, repeats, runs or windows, to know how far apart such are; chosen
 FEWEST_FOR_DELAY = 50  # samples of a run, below which nothing is said of delays in it; chosen
 
 
@@ -180,14 +189,14 @@ def link_is_clean(data: Data) -> bool:
             np.abs(run.applied_rad[1:] - run.command_rad[1:]),
             np.abs(run.applied_rad[1:] - run.command_rad[:-1]),
         )
-        if np.mean(off[known] > APPLIED_RAD) > 1 - CLEAN:
+        if np.mean(off[known] > APPLIED_RAD) > CLEAN_LOSS:
             return False
     return bool(data.runs)
 
 
 def block_numbers(t_s: Floats) -> Ints:
-    """Blocks of ``BLOCK_S``, but at least four a run; (N,)."""
-    length = min(BLOCK_S, max(float(t_s[-1]) / 4, 1e-9))
+    """Blocks of ``BLOCK_S``, or of a quarter of a shorter run; (N,)."""
+    length = min(BLOCK_S, max(float(t_s[-1]) / QUARTERS, 1e-9))
     last = max(int(t_s[-1] / length * (1 + 1e-9)) - 1, 0)
     return np.minimum((t_s / length).astype(np.int64), last)
 
@@ -209,9 +218,11 @@ def spikes(measured_rad: Floats, least_rad: float) -> Bools:
 
 
 def holes(t_s: Floats, least_s: float = 0.0) -> Ints:
-    """The last samples before stretches, longer than ``least_s``, that a log lacks; ``t_s`` (N,)."""
+    """The last samples before stretches, longer than ``least_s``, that a log lacks: what was commanded in them is not
+    known; ``t_s`` (N,).
+    """
     steps = np.diff(t_s)
-    return np.flatnonzero(steps > max(HOLE_RATIO * _usual_step_s(t_s), least_s))
+    return np.flatnonzero(steps > max(MORE_THAN_A_STEP * _usual_step_s(t_s), least_s))
 
 
 def _usual_step_s(t_s: Floats) -> float:

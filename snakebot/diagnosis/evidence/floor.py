@@ -8,25 +8,21 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
-from snakebot.diagnosis.evidence.data import MIN_SAMPLES, Data, PreparedRun
+from snakebot.diagnosis.evidence.data import CLEARLY_MORE, MIN_SAMPLES, OUTSTANDING, UNLIKE, Data, PreparedRun
 from snakebot.diagnosis.evidence.repeats import (
     RepeatDifference,
     change_warnings,
     doubt_warning,
     repeated_pairs,
 )
+from snakebot.diagnosis.result import LITTLE
 from snakebot.robust import MAD_TO_STD
 
 # Share of the blocks, those that differ most between repeats, that is left out of the floor; chosen.
 TRIM = 0.05
-SUSPECT = 4.0  # floor over the white noise, above which it may hide a gap; chosen
-LARGE = 0.1  # rms of a gap over that of the commanded motion, above which no floor may hide it; chosen
-COVERS = 2.0  # rms of a gap over the floor, under which the floor hides it; chosen
 FEWEST_EVEN = 12  # samples of a joint in a run, below which they are not asked for their white noise; chosen
-EVEN = 0.3  # share of the usual step in time, by which a step may differ to be an even one; chosen
 # White noise at least, over the root mean square of the clipped differences: a median may be small by chance; chosen.
 LEAST_OF_RMS = 0.8
-CLIPPED_STD = 4.0  # robust standard deviations at which those differences are clipped; chosen
 # To which two logs must begin alike for their motions over ground to be compared, s; chosen.
 SAME_TIME_S = 0.02
 
@@ -95,21 +91,22 @@ def noise_floor(data: Data, nominal: Sequence[Floats] | None = None) -> Floor:
 
 
 def _doubtful(data: Data, nominal: Sequence[Floats], repeat_rad: Floats, white_rad: Floats) -> Bools:
-    """(k,) joints whose repeats are so far apart that they would hide a gap that is plain to see.
+    """(k,) joints whose repeats are so far apart that they would hide a gap that is plain to see: not little beside the
+    commanded motion, but not clearly more than the floor, which stands out of the white noise.
 
     What changes in mid-run does not depend on the motion, and need not be noise.
     """
     doubtful = np.zeros(data.joints, dtype=bool)
     for joint in range(data.joints):
         floor = repeat_rad[joint]
-        if not floor > SUSPECT * white_rad[joint]:  # nan: no repeats
+        if not floor > OUTSTANDING * white_rad[joint]:  # nan: no repeats
             continue
         gap = np.concatenate(
             [(r.measured_rad - p)[r.use[:, joint], joint] for r, p in zip(data.runs, nominal, strict=True)]
         )
         told = np.concatenate([r.command_rad[r.use[:, joint], joint] for r in data.runs])
         size = float(np.square(gap).mean())
-        doubtful[joint] = LARGE**2 * float(np.var(told)) < size < (COVERS * floor) ** 2
+        doubtful[joint] = LITTLE**2 * float(np.var(told)) < size < (CLEARLY_MORE * floor) ** 2
     return doubtful
 
 
@@ -141,7 +138,7 @@ def white_noise(data: Data, joint: int) -> float:
         if use.sum() < FEWEST_EVEN:
             continue
         dt = np.diff(run.t_s)
-        even = np.abs(dt - run.period_s) < EVEN * run.period_s
+        even = np.abs(dt - run.period_s) < UNLIKE * run.period_s
         whole = use[:-3] & use[1:-2] & use[2:-1] & use[3:] & even[:-2] & even[1:-1] & even[2:]
         third = np.diff(run.measured_rad[:, joint], n=3)[whole]
         moved = np.abs(np.diff(run.command_rad[:, joint], n=3))[whole]
@@ -164,5 +161,5 @@ def white_noise(data: Data, joint: int) -> float:
 
 
 def _clip(x: Floats) -> Floats:
-    bound = CLIPPED_STD * MAD_TO_STD * np.median(np.abs(x))
+    bound = OUTSTANDING * MAD_TO_STD * np.median(np.abs(x))
     return np.clip(x, -bound, bound)

@@ -9,21 +9,19 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import mean_difference
+from snakebot.diagnosis.evidence.data import CLEARLY_MORE, MIN_SAMPLES
 from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN
-from snakebot.diagnosis.evidence.score import Scoring
+from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING, Scoring
+from snakebot.diagnosis.result import BEYOND_CHANCE
 
-GAP_SE = 3.0  # standard errors by which a gap must exceed the allowed spread; chosen
 # Mean square over the allowed one, above which there is a gap: the floor is an estimate itself; chosen.
 GAP_RATIO = 1.3
-FEWEST_WINDOWS = 8  # over ground, below which their scatter says nothing; chosen
 # Mean square over the allowed one that is a gap however few blocks show it; chosen.
 CERTAIN_RATIO = 2.5 * GAP_RATIO
 # The same over ground, of each kind of feature. Measured: robots with no effect, whose numbers are some per cent off,
 # come to 0.8, 1.0 and 1.1 at most (60 of the cases that ``tools/blind/make --set tune`` and ``--set calibrate``
 # make; no command prints the ratios).
 CERTAIN_RATIO_OVER_GROUND = 1.7
-CERTAIN_RATIO_OF_FEW = 2.0 * GAP_RATIO  # the same over ground, where there are few windows; chosen
-LEAST_NAMED = 0.05  # of the mean share of a joint in the gap, for a joint to be named; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +86,7 @@ def _ground_beyond(scoring: Scoring, mean_square: Floats, asked: Bools) -> bool:
         rows = (scoring.kind == kind) & asked
         found, allowed = mean_square[rows], scoring.allowed_square[rows]
         certain = certain_over_ground(found.size)
-        if found.size < FEWEST_WINDOWS:
+        if found.size < MIN_SAMPLES:
             if found.size >= 2 and np.mean(found / allowed) > certain:
                 return True
         elif beyond(found, allowed, scoring.run[rows], certain):
@@ -98,19 +96,19 @@ def _ground_beyond(scoring: Scoring, mean_square: Floats, asked: Bools) -> bool:
 
 def certain_over_ground(count: int) -> float:
     """Mean square over the allowed one that is a gap over ground for certain, of so many windows or speeds."""
-    return CERTAIN_RATIO_OF_FEW if count < FEWEST_WINDOWS else CERTAIN_RATIO_OVER_GROUND
+    return CLEARLY_MORE * GAP_RATIO if count < MIN_SAMPLES else CERTAIN_RATIO_OVER_GROUND
 
 
 def beyond(square: Floats, allowed: Floats, run: Ints, certain: float = CERTAIN_RATIO) -> bool:
     """Whether the mean squares (b,) of some blocks are beyond those allowed (b,); ``certain``: a ratio that is."""
     excess = mean_difference(np.log1p(square / allowed) - np.log(1 + GAP_RATIO), run)
     overall = float(square.mean() / allowed.mean())
-    return (excess.z > GAP_SE and excess.mean > 0) or overall > certain
+    return (excess.z > BEYOND_CHANCE and excess.mean > 0) or overall > certain
 
 
 def named_joints(gap: Gap) -> tuple[int, ...]:
-    """1-based joints with a significant gap of at least ``LEAST_NAMED``."""
+    """1-based joints with a significant gap that is not next to nothing beside the mean of all joints."""
     share = gap.joint_shares
     return tuple(
-        j + 1 for j in range(share.size) if gap.significant[j] and share[j] >= LEAST_NAMED / share.size
+        j + 1 for j in range(share.size) if gap.significant[j] and share[j] >= NEXT_TO_NOTHING / share.size
     )

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.arrays import Floats, Ints
-from snakebot.diagnosis.evidence.data import HOLE_S, Data, PreparedRun, holes
+from snakebot.diagnosis.evidence.data import BLOCK_S, HOLE_S, QUARTERS, Data, PreparedRun, holes
 from snakebot.smoothing import smoothed
 
 if TYPE_CHECKING:
@@ -26,17 +26,14 @@ if TYPE_CHECKING:
 SPEED_RESOLUTION_M_S = 0.001  # of a treadmill or camera at best, m/s; chosen
 TURN_RESOLUTION_RAD_S = 0.003  # the same of a turn rate, rad/s; chosen
 SPEED_ACCURACY = 0.005  # relative error of a measured speed; chosen
-QUARTERS = 4  # windows of a cycle; chosen
 SHORTEST_S = 0.25  # of a window, below which the pose's noise is larger than what it shows, s; chosen
-POSE_SMOOTH_S = 0.2  # span of the cubics through a pose, s; chosen
+# Span of the cubics through a pose, and of what the pose may lack at either end of a window, s; chosen.
+POSE_SMOOTH_S = 0.2
 NOISE_DRAWS = 8  # of the noise of a pose, to see what it does to velocities; chosen
-REGAINED_S = 1.0  # after a hole, for the simulated body to have regained the pace of the real one, s; chosen
-
-EDGE_S = 0.2  # of a window, that a pose may lack at either end, s; chosen
 # Begin and end, as shares of a run, of other spans that a forward speed may have been taken over; chosen.
 OTHER_SPANS = ((0.25, 1.0), (0.4, 0.9))
 
-FORWARD, LATERAL, TURN = 0, 1, 2  # kinds of features of the motion over ground, by definition
+FORWARD, LATERAL, TURN = range(3)  # kinds of features of the motion over ground, by definition
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,9 +169,11 @@ def _smoothed_pose(t_s: Floats, pose: Floats) -> Floats:
 
 
 def broken(run: PreparedRun, start_s: float, end_s: float) -> bool:
-    """Whether a stretch of a run has, or comes soon after, a hole in the log: no replay knows the way through it."""
+    """Whether a stretch of a run has, or comes soon after, a hole in the log: no replay knows the way through it, and
+    the simulated body regains the pace of the real one only when what was before is forgotten.
+    """
     before = holes(run.t_s, HOLE_S)
-    return bool(np.any((run.t_s[before] < end_s) & (run.t_s[before + 1] + REGAINED_S > start_s)))
+    return bool(np.any((run.t_s[before] < end_s) & (run.t_s[before + 1] + BLOCK_S > start_s)))
 
 
 def steady_span(run: PreparedRun) -> tuple[float, float]:
@@ -230,7 +229,7 @@ def window_features(t_s: Floats, pose: Floats, windows: Sequence[Window]) -> Flo
         mean = _mean(t, path[:, 2], start, end)
         c, s = np.cos(mean), np.sin(mean)
         out[:] = np.column_stack([c * x + s * y, c * y - s * x, turn])
-    out[(t[0] > start + EDGE_S) | (t[-1] < end - EDGE_S)] = np.nan
+    out[(t[0] > start + POSE_SMOOTH_S) | (t[-1] < end - POSE_SMOOTH_S)] = np.nan
     return out
 
 

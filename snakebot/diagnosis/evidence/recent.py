@@ -11,8 +11,9 @@ from cachetools import LRUCache
 
 from snakebot.effects.prediction import JointRun
 
-# Of predicted runs that are kept: 300 of 20 s at 100 Hz with five joints, several rounds of a fit to six runs; chosen.
-MOST_BYTES = 128 * 2**20
+# Of predicted runs that are kept, MiB: 300 of 20 s at 100 Hz with five joints, several rounds of a fit to six runs;
+# chosen.
+MOST_MIB = 128
 
 
 class RecentRuns:
@@ -20,7 +21,7 @@ class RecentRuns:
     threads. What is kept is shared: it can't be written to.
     """
 
-    def __init__(self, most_bytes: int = MOST_BYTES) -> None:
+    def __init__(self, most_bytes: int = MOST_MIB * 2**20) -> None:
         self._runs: LRUCache[Hashable, JointRun] = LRUCache(most_bytes, getsizeof=_bytes)
         self._lock = Lock()
 

@@ -14,26 +14,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.evidence.data import MIN_SAMPLES, Data, PreparedRun
+from snakebot.diagnosis.evidence.data import (
+    FEWEST_TO_COMPARE,
+    MIN_SAMPLES,
+    OUTSTANDING,
+    QUARTERS,
+    Data,
+    PreparedRun,
+)
 from snakebot.diagnosis.evidence.operators import play
+from snakebot.diagnosis.result import BEYOND_CHANCE, MOST_TOLD
 from snakebot.runlog.matching.motion import same_motion
 
 FEWEST_COMPARED = 24  # samples, below which nothing is said about what a difference depends on; chosen
-FEWEST_STROKES = 3  # strokes, from one turn of the joint to the next, likewise; chosen
-RUN_PARTS = 4  # of a run, each predicted from the others; chosen
 PREDICTED = 0.8  # share of a difference that the motion must predict, for a change of the robot; chosen
-# Rms of the predicted part over the readings' noise, for a change of the robot; chosen.
-LEAST_TIMES_NOISE = 3.0
-# Mean square of the predicted part over that of the runs' gaps, under which it hides none of them (chosen) ...
+# Mean square of the predicted part over that of the runs' gaps, under which it hides none of them; chosen.
 LEAST_OF_GAP = 0.02
-MUCH_OF_GAP = 0.25  # ... and above which it could hide them; chosen
-# Repeated motions from which on it is known how far apart a joint's repeats are (chosen) ...
-FEWEST_REPEATED = 3
-UNUSUAL = 4.0  # ... and how many times that a change must be, unless it could hide the gap; chosen
+# Share of the mean square of a gap, above which what changes in it, or is left of it, is much of it; chosen.
+MUCH_OF_GAP = 0.25
 # Usual steps in time, that lost readings are interpolated over at most; chosen. Fewer than ``ticks.LONGEST_BRIDGED``,
 # which is for set-points: they lie on a smooth curve, and what readings differ by is told from their noise.
 MOST_BRIDGED = 4.0
-MOST_TOLD = 3  # changed pairs that a warning tells one by one; chosen
 # After a difference of the commands, in which the joints may still show it, s; chosen. No multiple of the stated time
 # constant, as ``data.SETTLED`` is: readings are compared with readings, of servos that may be much slower than stated.
 FORGOTTEN_S = 0.3
@@ -134,7 +135,9 @@ def _with_prediction(
     shift_s: float,
     white_rad: float,
 ) -> RepeatDifference:
-    """The same with how much of it depends on the motion, and whether that could hide a gap."""
+    """The same with how much of it depends on the motion, if that is most of it and beyond the readings' noise, and
+    whether it could hide a gap.
+    """
     a, b = runs
     rows, joint = one.rows, one.joint
     if rows.size < FEWEST_COMPARED:
@@ -147,12 +150,12 @@ def _with_prediction(
     slack = reading - play(reading, float(np.sqrt(np.square(left).mean())))
     regressors = np.column_stack([np.ones(rows.size), reading[rows], rate, slack[rows]])
     strokes = _strokes(rate)
-    if strokes[-1] + 1 < FEWEST_STROKES:
+    if strokes[-1] + 1 < FEWEST_TO_COMPARE:
         return one
     predicted = _predicted_by_motion(regressors, left, strokes)
     size = float(np.square(predicted).mean())
     share = 1 - float(np.square(left - predicted).sum()) / max(float(np.square(left).sum()), 1e-300)
-    if share < PREDICTED or 0.5 * size < (LEAST_TIMES_NOISE * white_rad) ** 2:
+    if share < PREDICTED or 0.5 * size < (BEYOND_CHANCE * white_rad) ** 2:
         return one
     gap_a = a.measured_rad[rows, joint] - reading[rows]
     gap_b = gap_a - one.rad + reading[rows] - np.interp(a.t_s[rows] + shift_s, b.t_s, nominal[1][:, joint])
@@ -173,7 +176,7 @@ def _predicted_by_motion(regressors: Floats, values: Floats, strokes: Ints) -> F
     Parts are whole strokes: where a joint comes to rest within one says nothing about the next.
     """
     out = np.empty_like(values)
-    for part in np.array_split(np.arange(strokes[-1] + 1), min(RUN_PARTS, int(strokes[-1]) + 1)):
+    for part in np.array_split(np.arange(strokes[-1] + 1), min(QUARTERS, int(strokes[-1]) + 1)):
         mine = np.isin(strokes, part)
         out[mine] = regressors[mine] @ np.linalg.lstsq(regressors[~mine], values[~mine], rcond=1e-6)[0]
     return out
@@ -193,13 +196,13 @@ def _with_changes(data: Data, pairs: list[RepeatedPair]) -> list[RepeatedPair]:
                 if d.joint == joint and d.rows.size >= FEWEST_COMPARED:
                     motion = data.runs[pair.one].motion
                     least[motion] = min(least.get(motion, np.inf), d.rms_rad)
-        if len(least) >= FEWEST_REPEATED:
+        if len(least) >= FEWEST_TO_COMPARE:
             usual[joint] = np.median(list(least.values()))
 
     def change(d: RepeatDifference) -> bool:
         if d.of_gap > MUCH_OF_GAP:
             return True
-        return d.of_gap > LEAST_OF_GAP and d.predicted_rad > UNUSUAL * usual[d.joint]
+        return d.of_gap > LEAST_OF_GAP and d.predicted_rad > OUTSTANDING * usual[d.joint]
 
     return [replace(pair, changed=tuple(d.joint for d in pair.differences if change(d))) for pair in pairs]
 

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import tau
 
 import numpy as np
 
 from snakebot.analysis.channels import doubts_of_runs
 from snakebot.analysis.standstill import standstill_lines
-from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, MIN_SAMPLES, Data, repeated
+from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, MIN_SAMPLES, OUTSTANDING, Data, repeated
+from snakebot.diagnosis.result import HALF
 from snakebot.errors import BadInputError
 from snakebot.runlog import Run, Session
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
-# Beyond a whole turn no joint of a snake goes: larger numbers are degrees; chosen.
-LARGEST_ANGLE_RAD = 2 * np.pi
-LEAST_MOTION_COUNTS = 4.0  # range of an angle in encoder counts, below which a joint is at rest; chosen
 LEAD_S = 0.04  # by which commands are shifted to see whether readings run ahead of them, s; chosen
-# Mean square to the commands to come over that to those past, below which a joint does; chosen.
-RUNS_AHEAD = 0.5
 # Reading over command, times 180 / pi, within which the commands are in degrees: it is 1 for a perfect servo; chosen.
 OF_DEGREES = (0.7, 1.4)
-LEAST_R2 = 0.5  # squared correlation, below which a slope of reading over command says nothing; chosen
-MANY_LOST = 0.2  # share of a joint's readings, above which a warning tells of it; chosen
+# Share of readings that are lost, or of steps in time that are uneven, above which a warning tells of it; chosen.
+MANY_BAD = 0.2
 MOST_LISTED = 5  # names in a line; chosen
 FEWEST_IN_ALL = 40  # samples of all runs together, below which nothing can be told; chosen
 
@@ -88,7 +85,9 @@ def check_data(data: Data) -> list[str]:
 
 
 def leading_joints(data: Data) -> list[int]:
-    """0-based joints whose reading is matched best by a command that lies in the future."""
+    """0-based joints whose reading is matched best by a command that lies in the future: it leaves less
+    than half of the mean square that one in the past leaves.
+    """
     led = []
     for joint in range(data.joints):
         ahead = behind = 0.0
@@ -104,7 +103,7 @@ def leading_joints(data: Data) -> list[int]:
             inner = (t > shift) & (t < t[-1] - shift)
             ahead += float(np.square(run.measured_rad[use, joint] - future)[inner].sum())
             behind += float(np.square(run.measured_rad[use, joint] - past)[inner].sum())
-        if behind > 0 and ahead < RUNS_AHEAD * behind:
+        if behind > 0 and ahead < HALF * behind:
             led.append(joint)
     return led
 
@@ -115,7 +114,7 @@ def _check_units(where: str, runs: Sequence[Run]) -> None:
             if not np.isfinite(values).any():
                 continue
             worst = float(np.nanmax(np.abs(values)))
-            if worst > LARGEST_ANGLE_RAD:
+            if worst > tau:  # beyond a whole turn no joint of a snake goes
                 joint = int(np.nanargmax(np.nanmax(np.abs(np.nan_to_num(values)), axis=0))) + 1
                 raise BadInputError(
                     f"{where}: {run.name}: column {name}_{joint}_rad goes up to {worst:.3g} rad; "
@@ -130,7 +129,7 @@ def _check_units(where: str, runs: Sequence[Run]) -> None:
 
 
 def _slope(runs: Sequence[Run]) -> float | None:
-    """Reading over command, by least squares over all joints and runs."""
+    """Reading over command, by least squares over all joints and runs; None where it leaves most of their variance."""
     xy = xx = yy = 0.0
     for run in runs:
         both = np.isfinite(run.command_rad) & np.isfinite(run.measured_rad)
@@ -141,7 +140,7 @@ def _slope(runs: Sequence[Run]) -> float | None:
             x = run.command_rad[rows, joint] - run.command_rad[rows, joint].mean()
             y = run.measured_rad[rows, joint] - run.measured_rad[rows, joint].mean()
             xy, xx, yy = xy + float(x @ y), xx + float(x @ x), yy + float(y @ y)
-    if xx <= 0 or yy <= 0 or xy * xy < LEAST_R2 * xx * yy:
+    if xx <= 0 or yy <= 0 or xy * xy < HALF * xx * yy:
         return None
     return xy / xx
 
@@ -158,7 +157,7 @@ def _check_readings(where: str, runs: Sequence[Run]) -> list[str]:
             )
         if lost == 1.0:
             warnings.append(f"joint {joint + 1}: no reading in any run; nothing is said about it")
-        elif lost > MANY_LOST:
+        elif lost > MANY_BAD:
             warnings.append(f"joint {joint + 1}: {lost:.0%} of the readings are lost")
     if all(not np.isfinite(run.measured_rad).any() for run in runs):
         raise BadInputError(f"{where}: the columns enc are empty in every run: no readings to compare with")
@@ -177,7 +176,7 @@ def _check_repeats(runs: Sequence[Run]) -> list[str]:
 
 
 def _check_motion(where: str, session: Session) -> None:
-    least = LEAST_MOTION_COUNTS * session.robot.rad_per_count
+    least = OUTSTANDING * session.robot.rad_per_count
     told = seen = 0.0
     for run in session.runs:
         for joint in range(run.joints):
@@ -205,7 +204,7 @@ def _check_copies(where: str, session: Session) -> list[str]:
     """
     if session.robot.servo.time_constant_s == 0:
         return []
-    least = LEAST_MOTION_COUNTS * session.robot.rad_per_count
+    least = OUTSTANDING * session.robot.rad_per_count
     moved, copied = [], []
     for joint in range(session.robot.joints):
         told = np.concatenate([run.command_rad[:, joint] for run in session.runs])

@@ -19,7 +19,8 @@ from snakebot.diagnosis.evidence.blocks import MeanDifference, mean_difference
 GROUND = -1  # "joint" of the blocks of the motion over ground, by definition
 # Difference of two mean scores below which there is no ground to prefer one: 4 % of the mean square; chosen.
 ALIKE = 0.02
-CHANGED = 0.1  # share of a block's allowed mean square by which it must differ to count as changed; chosen
+# Part of a gap, a change, a standard deviation or a certainty, that is neglected; chosen.
+NEXT_TO_NOTHING = 0.05
 
 
 @dataclass(frozen=True, eq=False)

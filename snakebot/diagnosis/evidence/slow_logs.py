@@ -13,17 +13,17 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
-from snakebot.diagnosis.evidence.data import Data
+from snakebot.diagnosis.evidence.data import CLEARLY_MORE, MORE_THAN_A_STEP, Data
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.repeats import MUCH_OF_GAP
 from snakebot.diagnosis.evidence.simulator import Simulator
-from snakebot.diagnosis.evidence.ticks import SLOWER, is_slow, row_s
+from snakebot.diagnosis.evidence.ticks import is_slow, row_s
 from snakebot.diagnosis.evidence.tolerance import ShiftLimits
 
 TICKS_S = (0.05, 0.02, 0.01, 0.005, 0.002)  # intervals of set-points that are tried, s; chosen
-CLEARLY_SLOW = 2.0  # half a row over the tolerances of lag and delay, from which on a log is too slow; chosen
 SLOW_GAP_RATIO = 3.0  # mean square over the allowed one, from which on a joint has a gap in a run; chosen
-CLOSED = 0.75  # share of such a gap that must be taken away (chosen) ...
-SHARE_OF_GAPS = 0.6  # ... in this share of the runs and joints that have one; chosen
+# Share of the gaps, of a joint in a run each, that set-points between the rows must close; chosen.
+SHARE_OF_GAPS = 0.6
 
 
 def with_ticks(evidence: Evidence) -> Data | None:
@@ -38,7 +38,7 @@ def with_ticks(evidence: Evidence) -> Data | None:
     )  # to which the simulation knows when a joint moves
     open_ = [i for i, run in enumerate(data.runs) if run.tick_s is None]
     slowest = max((row_s(data.runs[i]) for i in open_), default=0.0)
-    if 0.5 * slowest < CLEARLY_SLOW * known_s:
+    if 0.5 * slowest < CLEARLY_MORE * known_s:
         return None
 
     def squares(readings: Sequence[Floats]) -> Floats:
@@ -50,7 +50,7 @@ def with_ticks(evidence: Evidence) -> Data | None:
         return None
     best: tuple[float, Data] | None = None
     for tick_s in TICKS_S:
-        if slowest <= SLOWER * tick_s:
+        if slowest <= MORE_THAN_A_STEP * tick_s:
             continue
         other = replace(
             data,
@@ -74,7 +74,7 @@ def _closes(angles: AngleEvidence, held: Floats, made: Floats) -> bool:
                 continue
             gaps += 1
             before, after = (max(float((s[rows] - allowed[rows]).mean()), 0.0) for s in (held, made))
-            closed += after <= (1 - CLOSED) * before
+            closed += after <= MUCH_OF_GAP * before
     return gaps > 0 and closed >= SHARE_OF_GAPS * gaps
 
 

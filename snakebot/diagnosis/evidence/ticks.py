@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.diagnosis.evidence.data import PreparedRun
+from snakebot.diagnosis.evidence.data import MORE_THAN_A_STEP, PreparedRun
 
-SLOWER = 1.5  # ticks a row, from which on there are set-points between the rows; chosen
 # Rows' intervals, beyond which nothing is known of what was sent; chosen. More than ``repeats.MOST_BRIDGED``, which is
 # for readings: set-points lie on a smooth curve.
 LONGEST_BRIDGED = 10.0
@@ -21,7 +20,7 @@ def row_s(run: PreparedRun) -> float:
 
 def is_slow(run: PreparedRun) -> bool:
     """Whether there were set-points between the rows of this run's log, as far as is known."""
-    return run.tick_s is not None and row_s(run) > SLOWER * run.tick_s
+    return run.tick_s is not None and row_s(run) > MORE_THAN_A_STEP * run.tick_s
 
 
 def set_points(run: PreparedRun) -> tuple[Floats, Floats]:

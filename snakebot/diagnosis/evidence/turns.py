@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import tau
 
 import numpy as np
 
@@ -10,7 +11,6 @@ from snakebot.arrays import Bools, Floats
 from snakebot.diagnosis.evidence.data import HOLE_S
 from snakebot.runlog import Run, Session
 
-TURN_RAD = 2 * np.pi  # a whole turn, by definition
 # Of a reading in one sample, less than a whole turn by what the joint moves meanwhile, and beyond what it can: chosen.
 LEAP_RAD = 1.5 * np.pi
 # The same of a command, which may make large steps of its own; chosen.
@@ -56,7 +56,7 @@ def _joint_run_on(run: Run, joint: int) -> Run:
         column = angle[:, joint]
         leaps = _leaps(run.t_s, column[:, None], least)[:, 0]
         steps = np.where(leaps, np.nan_to_num(np.diff(column)), 0.0)
-        angle[1:, joint] -= TURN_RAD * np.cumsum(np.round(steps / TURN_RAD))
+        angle[1:, joint] -= tau * np.cumsum(np.round(steps / tau))
     return replace(run, measured_rad=measured, command_rad=command)
 
 
@@ -66,11 +66,9 @@ def _at_one_turn(runs: list[Run], joint: int) -> list[Run]:
     first = next((value for value in off if np.isfinite(value)), 0.0)
     moved = []
     for run, value in zip(runs, off, strict=True):
-        turns = np.round(first / TURN_RAD) + (
-            np.round((value - first) / TURN_RAD) if np.isfinite(value) else 0.0
-        )
+        turns = np.round(first / tau) + (np.round((value - first) / tau) if np.isfinite(value) else 0.0)
         measured = run.measured_rad.copy()
-        measured[:, joint] -= TURN_RAD * turns
+        measured[:, joint] -= tau * turns
         moved.append(replace(run, measured_rad=measured))
     return moved
 

@@ -24,9 +24,9 @@ from snakebot.diagnosis.fit.least_squares import Fit, Linearised, minimise, mult
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.effects.spec import EffectSpec
 
-# Parameters whose slopes are exact under given torques, above which these are taken even though others need slopes of
-# the whole body beside: for a few the second simulation costs more than it saves; chosen.
-FEW_SLOPES = 8
+# Parameters of an explanation that are many: their slopes are what a fit takes its time for; chosen, fewer than a
+# position loop has.
+MANY_PARAMETERS = 8
 
 Specs = Callable[[Floats], tuple[EffectSpec, ...]]
 
@@ -211,7 +211,9 @@ def angle_problem(
 
     touches = hypothesis.touches(angles.data.joints)[mine][:, joints]
     bears = bears_loads(simulator, hypothesis, at)[mine]
-    cheap = meet and not rough and bears.sum() > (0 if bears.all() else FEW_SLOPES)
+    # Under given torques slopes are exact, but others need those of the whole body beside: for a few parameters the
+    # second simulation costs more than it saves.
+    cheap = meet and not rough and bears.sum() > (0 if bears.all() else MANY_PARAMETERS)
     problem = Problem(
         lambda theta: of_some(theta, stacked),
         np.zeros(len(joints), dtype=np.int64) if meet else _sharing(touches),

@@ -12,10 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
-from snakebot.diagnosis.evidence.blocks import CLEAR_SE
 from snakebot.diagnosis.evidence.folds import Fold
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import CHANGED
 from snakebot.diagnosis.fit.fit_runs import (
     Fitted,
     angle_problem,
@@ -27,11 +25,11 @@ from snakebot.diagnosis.fit.fit_runs import (
     specs_from,
 )
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
-from snakebot.diagnosis.fit.least_squares import refit
+from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, refit
+from snakebot.diagnosis.result import CLEAR_SE, LITTLE
 
-FOLD_STEPS = 8  # iterations from the fit to all runs, which is near; chosen
+NEAR_STEPS = 8  # iterations from where another fit ended, which is near; chosen
 FAR_STEPS = 20  # iterations from the usual value, which may be far; chosen
-BODY_FAR_STEPS = 5  # the same where each takes a simulation of the body; chosen
 
 
 def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, of_all: Fitted) -> list[Floats]:
@@ -74,7 +72,7 @@ def _near(evidence: Evidence, hypothesis: Hypothesis, of_all: Fitted) -> list[Fi
     costly |= any(term.own for term in hypothesis.terms)
     sides = (True,) if costly else (True, False)
     found = [
-        fit_runs(evidence, hypothesis, [theta], fold.fit, FOLD_STEPS, sides=sides)
+        fit_runs(evidence, hypothesis, [theta], fold.fit, NEAR_STEPS, sides=sides)
         for fold in evidence.split.folds
     ]
     mine = ~of_body(hypothesis)
@@ -150,13 +148,13 @@ def _without_uninformed(
         shared = hypothesis.touches(evidence.data.joints)[:, near].any(axis=1) & ~body
         only &= ~stay & (shared | (body & (far & body).any()))
     if not given and simulator.always_needs_body(hypothesis.specs(start)):
-        steps = BODY_FAR_STEPS
+        steps = FEWEST_STEPS
     found = fit_runs(evidence, hypothesis, [start], fold.fit, steps, only=only, loads_of=of_all_runs).theta
     if given:
         # Those torques are of another motion: with a play that the load takes up they may lead anywhere.
         before, after = (_cost(evidence, hypothesis, theta, fold.fit) for theta in (start, found))
         if after > before:
-            return fit_runs(evidence, hypothesis, [start], fold.fit, BODY_FAR_STEPS, only=~absent).theta
+            return fit_runs(evidence, hypothesis, [start], fold.fit, FEWEST_STEPS, only=~absent).theta
     return found
 
 
@@ -181,9 +179,9 @@ def _shows(
     change = [np.zeros_like(nominal) for nominal in evidence.predictor.nominal]
     for index, x, y in zip(runs, a, b, strict=True):
         change[index] = x - y
-    if np.any(evidence.angles.blocks.mean_square(change) > CHANGED * evidence.angles.allowed_square):
+    if np.any(evidence.angles.blocks.mean_square(change) > LITTLE * evidence.angles.allowed_square):
         return True
     if evidence.ground is None:
         return False
     moved = np.subtract(*(evidence.predictor.ground_features(s, runs) for s in specs))
-    return bool(np.any(np.square(np.nan_to_num(moved)) > CHANGED * evidence.ground.allowed_square))
+    return bool(np.any(np.square(np.nan_to_num(moved)) > LITTLE * evidence.ground.allowed_square))

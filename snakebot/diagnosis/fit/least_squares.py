@@ -27,13 +27,14 @@ from snakebot.diagnosis.fit.step import (
     to_scale,
 )
 
-USUAL_STEPS = 25  # iterations where the caller asks for no other number; chosen
-FEWEST_WIDE_STEPS = 5  # of the search by plain least squares that goes before; chosen
-SMALL_FALL = 1e-4  # relative fall of the cost below which a unit is done; chosen
-# The same where a residual takes a body: a third of a standard error of a parameter, for samples that are alike for a
-# second, and a thirtieth of the score that counts as none; chosen.
+# Iterations of a fit that is to be short: each is costly, or it only prepares or mends another fit; chosen.
+FEWEST_STEPS = 5
+# Share that a fit neglects: of the cost, below which a fall ends the fit of a unit; of such a fall, below which a step
+# promises too little to be tried; chosen.
+NEGLIGIBLE = 1e-4
+# Such a fall where a residual takes a body: a third of a standard error of a parameter, for samples that are alike for
+# a second, and a thirtieth of the score that counts as none; chosen.
 COSTLY_FALL = 1e-3
-SMALL_PROMISE = 1e-4  # share of that fall: a step that promises less is not tried; chosen
 DAMPING = 1e-3  # of a first step, share of the curvature; chosen
 LESS_DAMPING, MORE_DAMPING = 0.2, 8.0  # factors on it after a step that lowered the cost, or did not; chosen
 # Share of a step that did not lower the cost, that is tried next: where a parabola through what is known of the cost
@@ -93,9 +94,7 @@ class Refit(NamedTuple):
     information: Floats
 
 
-def minimise(
-    problem: Problem, start: Floats, most_steps: int = USUAL_STEPS, *, covariance: bool = True
-) -> Fit:
+def minimise(problem: Problem, start: Floats, most_steps: int, *, covariance: bool = True) -> Fit:
     """Run from ``start`` (U, p) to the nearest minimum of each unit's cost."""
     units, p = start.shape
     z = np.clip(to_scale(start, problem), problem.low, problem.high)
@@ -107,7 +106,7 @@ def minimise(
     # Where a residual takes a body, a failure must not be repeated nearly unchanged. Elsewhere it may be: the damping
     # that ends that also turns the step, which leads further along a narrow valley.
     costly = problem.is_costly
-    small_fall = COSTLY_FALL if costly else SMALL_FALL
+    small_fall = COSTLY_FALL if costly else NEGLIGIBLE
     active = np.ones(units, dtype=bool)
     jacobian, stale, whole = np.zeros((0, *residual.shape)), True, True
     guessed = np.zeros(units, dtype=bool)  # units whose slopes were carried along by a secant
@@ -124,7 +123,7 @@ def minimise(
             step[u], promise[u] = damped_step(problem, u, jacobian, residual, weight, damping[u], z[u])
         step *= length[:, None]
         part = length * (2 - length)  # of what a whole step promises
-        step[part * promise < SMALL_PROMISE * small_fall * cost] = 0.0
+        step[part * promise < NEGLIGIBLE * small_fall * cost] = 0.0
         going = np.any(step != 0, axis=1)
         stale = bool(np.any(active & ~going & guessed))
         active &= going | guessed
@@ -191,8 +190,8 @@ def _shorter(promise: Floats, rise: Floats) -> tuple[Floats, Floats]:
 def multi_start(
     problem: Problem,
     starts: Sequence[Floats],
-    keep: int = 2,
-    most_steps: int = USUAL_STEPS,
+    keep: int,
+    most_steps: int,
     *,
     covariance: bool = True,
 ) -> Fit:
@@ -214,7 +213,7 @@ def multi_start(
         for place in range(min(keep, len(starts))):
             begin = stacked[order[place], units].copy()
             if first is wide:
-                begin = minimise(wide, begin, max(most_steps // 2, FEWEST_WIDE_STEPS), covariance=False).theta
+                begin = minimise(wide, begin, max(most_steps // 2, FEWEST_STEPS), covariance=False).theta
             fit = minimise(problem, begin, most_steps, covariance=False)
             best = fit if best is None else _better(best, fit, problem)
     assert best is not None

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Floats
+from snakebot.diagnosis.evidence.data import OUTSTANDING
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import GROUND, Scoring
@@ -20,13 +21,13 @@ from snakebot.effects.spec import EffectSpec
 
 FULL_STEPS = 30  # iterations of a fit; chosen
 FIRST_STEPS = 10  # iterations of a first look at one effect on every joint; chosen
-ROUGH_STEPS = 6  # iterations of a first look where the whole body must be simulated; chosen
+ROUGH_STEPS = 6  # iterations of a rough fit, each of which takes a simulation of the body; chosen
 # Readings of joints that a first look is made on, where there are more: five joints for a minute at 100 Hz; chosen.
 FIRST_SAMPLES = 30_000
-BODY_STEPS = 12  # iterations of a fit where the whole body must be simulated, and a start is near; chosen
-# Iterations after which such a fit is given up where it is behind another explanation by so many standard errors, and
-# by so much held-out score, a fifth of the mean square: the rest of them does not make up for that; chosen.
-FEW_STEPS, FAR_SE, FAR_BEHIND = 3, 4.0, 0.1
+COSTLY_STEPS = 12  # iterations of a fit to the whole body, or of all effects of all joints together; chosen
+# Iterations after which such a fit is given up where it is plainly behind another explanation, and by so much held-out
+# score, a fifth of the mean square: the rest of them does not make up for that; chosen.
+FEW_STEPS, FAR_BEHIND = 3, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +147,7 @@ def run_trial(
         runs, steps = informative_runs(evidence), ROUGH_STEPS
         last = last is None or last
     elif not rough and evidence.predictor.simulator.needs_body(specs):
-        steps = min(steps, BODY_STEPS)
+        steps = min(steps, COSTLY_STEPS)
     if rough and last:
         steps = min(steps, FIRST_STEPS)
     count = len(hypothesis.parameters)
@@ -180,7 +181,7 @@ def run_trial_against(
     if len(starts) and evidence.predictor.simulator.needs_body(hypothesis.specs(starts[0])):
         first = run_trial(evidence, hypothesis, starts, cross=False, last=last, most_steps=FEW_STEPS)
         behind = evidence.scoring.gain(ahead.held_square, first.held_square)
-        if behind.mean > FAR_BEHIND and behind.z > FAR_SE:
+        if behind.mean > FAR_BEHIND and behind.z > OUTSTANDING:
             return first
         starts = [first.theta]
     return run_trial(evidence, hypothesis, starts, last=last)

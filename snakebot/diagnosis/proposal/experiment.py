@@ -15,7 +15,7 @@ import numpy as np
 
 from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import ALIKE
+from snakebot.diagnosis.evidence.score import ALIKE, NEXT_TO_NOTHING
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, MenuMotion, menu, motion_of
@@ -27,15 +27,13 @@ from snakebot.diagnosis.proposal.separation import (
     lead_of,
     times_noise,
 )
-from snakebot.diagnosis.result import HIGHEST, NextExperiment
+from snakebot.diagnosis.result import LOWEST, NextExperiment
+from snakebot.diagnosis.search.rounds import LOOKED_AT
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
 __all__ = ["Proposal", "motion_of", "propose"]
 
-LOOKED_AT = 6  # motions of the menu that are tried with the parameters' uncertainty; chosen
 MOST_COMPARED = 4  # explanations that are compared; chosen
-# Probability that a motion must gain more if the robot is lifted for it, or if it is long; chosen.
-TROUBLE = 0.05
 
 RivalPair = tuple[int, int]
 
@@ -92,9 +90,12 @@ def propose(evidence: Evidence, rivals: Sequence[Trial], probability: float) -> 
 
 
 def _value(look: _Look) -> tuple[float, float]:
-    """To sort by: what will be known, less the trouble; among equals, the clearer."""
+    """To sort by: what will be known, less the trouble; among equals, the clearer.
+
+    To lift the robot, or to wait long, for next to nothing is not worth the trouble.
+    """
     option = look.motion.option
-    trouble = TROUBLE * (option.lifted + (option.duration_s > DURATION_S))
+    trouble = NEXT_TO_NOTHING * (option.lifted + (option.duration_s > DURATION_S))
     return round(look.settled - trouble, 3), min(look.lead.values())
 
 
@@ -156,7 +157,7 @@ def _described(
         ramp_s=RAMP_S,
         motion=str(option),
         separates=tuple((names[a], names[b]) for a, b in told),
-        expected_probability_after=round(min(probability * best.settled, HIGHEST), 3),
+        expected_probability_after=round(min(probability * best.settled, 1 - LOWEST), 3),
         reason=f"the predictions of {' and '.join(sorted(in_question, key=names.index))} {where} there, and no "
         "values of their parameters that fit the runs so far make up for it",
         command=option.command,

@@ -13,7 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Floats
+from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
+from snakebot.diagnosis.fit.trial import ROUGH_STEPS
 from snakebot.diagnosis.proposal.separation import (
     SimulatedMotion,
     block_means,
@@ -21,13 +23,10 @@ from snakebot.diagnosis.proposal.separation import (
     bounded,
     shift,
 )
+from snakebot.diagnosis.result import LITTLE, OFF
 from snakebot.effects.spec import EffectSpec
 
 NEAR = 0.3  # lead under which the rival is refitted, from where it is; chosen
-FAR = 1.5  # standard deviations of its prior, moved by more than which it is refitted too: slopes have changed; chosen
-NEXT_TO_NOTHING = 0.05  # the same, by less than which nothing is refitted; chosen
-NO_CLOSER = 0.9  # lead over the one before, above which a refit was of no use; chosen
-TURNS = 6  # refits at most; chosen
 PRIOR_STEP = 0.25  # share of the prior's spread by which a parameter is stepped; chosen
 
 
@@ -96,16 +95,17 @@ def _turns_of(
 
 def lead_over(motions: Sequence[SimulatedMotion], truth: Foreseen, rival: Foreseen) -> tuple[float, Foreseen]:
     """Mean score by which the truth would lead over a rival that has come as close as it can, and that rival."""
+    # In standard deviations of its prior. Where it is off, slopes are others.
     share = _turned(motions, truth, rival)
     lead = _left(motions, truth, rival, share)
-    for _ in range(TURNS):
-        far = bool(np.any(np.abs(share) > FAR))
+    for _ in range(ROUGH_STEPS):
+        far = bool(np.any(np.abs(share) > OFF))
         if not (far or lead < NEAR) or not np.any(np.abs(share) > NEXT_TO_NOTHING):
             break
         near = foresee(motions, rival.hypothesis, _moved(rival, share))
         share = _turned(motions, truth, near)
         closer = _left(motions, truth, near, share)
-        if closer > NO_CLOSER * lead:
+        if closer > (1 - LITTLE) * lead:  # of little use
             return min(closer, lead), near if closer < lead else rival
         lead, rival = closer, near
     return lead, rival

@@ -17,14 +17,15 @@ RAMP_S = 2.0  # from rest to the full motion, s; chosen
 # Of all joints together, when a probe moves them alike: beyond it links meet; chosen.
 WIDEST_CURL_RAD = radians(200)
 
-# The menu: alpha deg, beta deg, omega rad/s, offset deg; and probes in the grammar of `--probe`. Chosen to cover small
-# and large, slow and fast; `tools/bench_experiments` shows what they separate.
-GAITS = (
-    *((2, 80, 0.5, 0), (2, 80, 3.0, 0), (6, 80, 0.5, 0), (6, 80, 3.0, 0), (15, 80, 1.0, 0), (15, 80, 5.0, 0)),
-    *((30, 80, 0.5, 0), (30, 80, 4.0, 0), (50, 80, 1.0, 0), (50, 80, 3.0, 0), (66, 80, 2.0, 0)),
-    *((15, 80, 1.0, 15), (30, 80, 4.0, 15), (50, 80, 2.0, 15)),
+# The menu: alpha deg and omega rad/s of gaits; and probes in the grammar of `--probe`. Chosen to cover small and large,
+# slow and fast; `tools/bench_experiments` shows what they separate.
+STRAIGHT = (
+    *((2, 0.5), (2, 3.0), (6, 0.5), (6, 3.0), (15, 1.0), (15, 5.0)),
+    *((30, 0.5), (30, 4.0), (50, 1.0), (50, 3.0), (66, 2.0)),
 )
-LONG = ((50, 80, 3.0, 0),)  # of ``LONG_S``, in the same units; chosen
+CURVED = ((15, 1.0), (30, 4.0), (50, 2.0))  # likewise, with ``OFFSET_DEG``; chosen
+LONG = ((50, 3.0),)  # likewise, for ``LONG_S``; chosen
+BETA_DEG, OFFSET_DEG = 80, 15  # of these gaits, of the curved ones; chosen
 PROBES = (
     "triangle:amplitude_deg=2,rate_deg_s=4",
     "triangle:amplitude_deg=6,rate_deg_s=6",
@@ -112,9 +113,13 @@ def menu(robot: Robot, joints: Sequence[int], *, loads: bool) -> list[MenuMotion
         loads: whether one of them feels what the servos bear: then motions in the air are on the menu too.
     """
     options: list[MenuMotion] = []
-    for gaits, duration_s in ((GAITS, DURATION_S), (LONG, LONG_S)):
-        for alpha, beta, omega, offset in gaits:
-            wave = Gait(radians(alpha), radians(beta), omega, radians(offset))
+    for gaits, offset, duration_s in (
+        (STRAIGHT, 0, DURATION_S),
+        (CURVED, OFFSET_DEG, DURATION_S),
+        (LONG, 0, LONG_S),
+    ):
+        for alpha, omega in gaits:
+            wave = Gait(radians(alpha), radians(BETA_DEG), omega, radians(offset))
             _add(options, robot, wave, None, duration_s=duration_s)
     groups: list[tuple[int, ...] | None] = [None if len(joints) in (0, robot.joints) else tuple(joints)]
     if len(joints) > 1:

@@ -22,6 +22,7 @@ from snakebot.diagnosis.evidence.within_bounds import minimum_within
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.proposal.menu import RAMP_S, MenuMotion
+from snakebot.diagnosis.result import BEYOND_CHANCE
 from snakebot.effects.prediction import JointRun, joint_run
 from snakebot.effects.servo_stage import ServoRun
 from snakebot.effects.spec import EffectSpec
@@ -29,7 +30,6 @@ from snakebot.effects.stages import Stages, assemble
 from snakebot.lifted import lifted
 
 RATE_HZ = 100.0  # of the simulated samples; chosen
-FARTHEST = 3.0  # standard deviations that a parameter may be turned by; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +193,7 @@ def _lead(
     turns: Sequence[tuple[Floats, Floats | None]],
     joints: Sequence[int],
 ) -> float:
-    """The lead after the wrong one has turned its parameters by at most ``FARTHEST``, and shifted in time."""
+    """The lead after the wrong one has turned its parameters by what chance may reach, and shifted in time."""
     angles, measured = motion.angles, motion.ground
     columns = list(joints)
     _, rate, allowed = motion.room
@@ -262,7 +262,7 @@ def bounded(table: Floats, wanted: Floats) -> Floats:
     count = table.shape[1]
     if not count:
         return np.zeros(0)
-    far, curvature = np.full(count, FARTHEST), table.T @ table + np.eye(count)
+    far, curvature = np.full(count, BEYOND_CHANCE), table.T @ table + np.eye(count)
     return minimum_within(curvature, table.T @ wanted, -far, far, np.zeros(count))
 
 

@@ -7,29 +7,25 @@ from dataclasses import replace
 import numpy as np
 
 from snakebot.arrays import Bools
-from snakebot.diagnosis.evidence.blocks import CLEAR_SE, MeanDifference
+from snakebot.diagnosis.evidence.blocks import MeanDifference
 from snakebot.diagnosis.evidence.gap import Gap, gap_of
-from snakebot.diagnosis.evidence.score import CHANGED, Scoring
+from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.trial import Trial
+from snakebot.diagnosis.result import CLEAR_SE, HALF, LITTLE, NO_PERCENT
 
-# Share of the whole gap that a further effect must close, and below which a rest is not searched; chosen.
-LEAST_CLOSED = 0.005
 MOST_LEFT = 0.08  # share of the gap that what explains it may leave over beyond noise and tolerance; chosen
-HALF = 0.5  # share of the gap that an explanation leaves at most, to be preferred to one that nothing tests; chosen
 # Held-out score that an effect must gain on the blocks that it changes: a tenth of their mean square; chosen.
 LEAST_GAIN = 0.05
-# Share of the mean square above the allowed one that a further effect takes away, from which ``CLEAR_SE`` is enough:
-# the score hardly changes with what only the quickest motions show. Chosen: a tenth, as in ``LEAST_GAIN``.
-LEAST_FALL = 0.1
 NO_LOSS = 0.01  # held-out score that a simpler explanation may lose and still go first; chosen
 
 
 def touched(scoring: Scoring, trial: Trial, base: Trial) -> Bools:
-    """(B,) deciding blocks on which a trial does other than its base, better or worse.
+    """(B,) deciding blocks on which a trial does other than its base, better or worse, by more than little beside what
+    is allowed.
 
     A limit that is reached in one gait of five says nothing in the other four.
     """
-    changed = np.abs(trial.held_square - base.held_square) > CHANGED * scoring.allowed_square
+    changed = np.abs(trial.held_square - base.held_square) > LITTLE * scoring.allowed_square
     return np.asarray(changed & scoring.decides)
 
 
@@ -61,13 +57,14 @@ def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
 
 
 def _falls(scoring: Scoring, trial: Trial, base: Trial, side: Bools, rows: Bools, *, clear: bool) -> bool:
-    """Whether a trial leaves clearly less above the allowed mean square than its base; ``clear``: its score says so.
+    """Whether a trial leaves clearly less above the allowed mean square than its base; ``clear``: its score says so,
+    which hardly changes with what only the quickest motions show.
 
     Else the score must on those of the ``rows`` (B,) alone where the two differ by more than the mean of what there is
     to take away: a fault that shows for a few moments takes nearly all of it, and the score over all hardly sees that.
     """
     there = excess(scoring, base, side)
-    if excess(scoring, trial, side) >= (1 - LEAST_FALL) * there:
+    if excess(scoring, trial, side) >= (1 - LITTLE) * there:
         return False
     change = np.abs(trial.held_square - base.held_square)
     much = rows & side & (change > there * np.where(scoring.of_ground, scoring.allowed_square, 1.0))
@@ -98,7 +95,7 @@ def closes_nearly_as_much(scoring: Scoring, plainer: Trial, best: Trial, nominal
     """Whether what is said more plainly loses no score, or leaves little more of the whole gap."""
     return as_good(scoring, plainer, best) or all(
         excess(scoring, plainer, side) - excess(scoring, best, side)
-        <= LEAST_FALL * excess(scoring, nominal, side)
+        <= LITTLE * excess(scoring, nominal, side)
         for side in (scoring.of_angles, scoring.of_ground)
     )
 
@@ -114,7 +111,7 @@ def closes_more(scoring: Scoring, trial: Trial, base: Trial, nominal: Trial) -> 
         return True
     side = scoring.of_ground if trial.hypothesis.terms[-1].stage == "body" else scoring.of_angles
     fell = excess(scoring, base, side) - excess(scoring, trial, side)
-    return fell > LEAST_CLOSED * excess(scoring, nominal, side)
+    return fell > NO_PERCENT * excess(scoring, nominal, side)
 
 
 def closes_half(scoring: Scoring, trial: Trial, nominal: Trial) -> bool:
@@ -125,7 +122,7 @@ def closes_half(scoring: Scoring, trial: Trial, nominal: Trial) -> bool:
 
 def closed_enough(scoring: Scoring, trial: Trial, nominal: Trial) -> bool:
     """Whether too little for a further effect is left above what noise and tolerance allow."""
-    return not _leaves_more(scoring, trial, nominal, LEAST_CLOSED, gap_of(scoring, trial.held_square))
+    return not _leaves_more(scoring, trial, nominal, NO_PERCENT, gap_of(scoring, trial.held_square))
 
 
 def _leaves_more(scoring: Scoring, trial: Trial, nominal: Trial, share: float, gap: Gap) -> bool:

@@ -12,6 +12,8 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.effects.effect import Start
 
+SIZE_BESIDE = 0.5  # of an effect beside others, share of its size where it is alone; chosen
+
 
 @dataclass(frozen=True, eq=False)
 class Candidate:

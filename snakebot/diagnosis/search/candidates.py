@@ -11,11 +11,13 @@ import numpy as np
 from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.blocks import BlockMap, mean_difference
+from snakebot.diagnosis.evidence.data import UNLIKE
 from snakebot.diagnosis.evidence.gap import beyond, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import CHANGED, Scoring
+from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
 from snakebot.diagnosis.fit.trial import Trial, each_joint
+from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.candidate import Candidate, added, scaled, start_values
 from snakebot.diagnosis.search.ground_candidates import ground_candidates
 from snakebot.diagnosis.search.library import Library
@@ -38,9 +40,7 @@ HELPS_SCORE = 0.03
 HELPS_SHARE = 0.2  # share of what it gains on the joint it helps most, that it must gain there; chosen
 MOST_ALONE = 3  # joints tried one by one where the whole body must be simulated for each; chosen
 LARGE_SHARE = 0.4  # share of the gap of a joint that is tried alone where there are more; chosen
-# Range of a parameter over the joints, over its median, from which on one joint is tried; chosen.
-UNLIKE = 0.3
-START_FACTORS = (1.0, 0.4, 2.5)  # on the distance of a start from neutral; chosen
+START_FACTOR = 2.5  # by which a start is tried further from neutral as well, and nearer to it; chosen
 
 
 def candidates(evidence: Evidence, library: Library, base: Trial, effect: Effect) -> list[Candidate]:
@@ -63,7 +63,8 @@ def _spread(term: Term, starts: Sequence[Floats]) -> list[Floats]:
     """More starts about the given ones: a flat stretch on one side must not catch the search."""
     if not term.open:
         return [np.zeros(0)] if starts else []
-    return [scaled(term, start, factor) for start, factor in product(starts, START_FACTORS)]
+    factors = (1.0, 1 / START_FACTOR, START_FACTOR)
+    return [scaled(term, start, factor) for start, factor in product(starts, factors)]
 
 
 def _per_joint(evidence: Evidence, library: Library, base: Trial, effect: Effect) -> list[Candidate]:
@@ -227,7 +228,7 @@ def _joint_gain(
     allowed = angles.allowed_square[names]
     old = base.fitted_square[names]
     gain = 0.5 * (np.log1p(old / allowed) - np.log1p(new / allowed))
-    moved = np.abs(new - old) > CHANGED * allowed
+    moved = np.abs(new - old) > LITTLE * allowed
     if moved.sum() < 2:
         return JointGain(0.0, 0.0, 0.0)
     difference = mean_difference(gain[moved], angles.blocks.run[names[moved]])

@@ -11,13 +11,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from snakebot.diagnosis.evidence.blocks import CLEAR_SE
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.hypothesis import Box
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.result import CLEAR_SE
 from snakebot.diagnosis.search.acceptance import lead, touched
 
 ALIKE_AT_FLOOR = 0.15  # ``ALIKE`` where both leave nothing significant: sound robots differ by more; chosen

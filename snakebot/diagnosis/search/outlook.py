@@ -20,12 +20,12 @@ from snakebot.diagnosis.fit.fit_runs import StackedAngles, shift_limits
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, informative_runs
+from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.candidate import Candidate
 
 # Shares of the change that an effect makes at a start, and multiples, beside the one of least squares, which is between
 # the first and the last: the best is what a fit might reach; chosen.
 SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
-SHARE_OF_BEST = 0.1  # share of the largest gain promised that a candidate is to promise; chosen
 
 
 def promising(evidence: Evidence, base: Trial, candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -34,7 +34,7 @@ def promising(evidence: Evidence, base: Trial, candidates: Sequence[Candidate]) 
     """
     told = [c for c in candidates if c.starts[0].size and c.hypothesis.terms[-1].stage != "body"]
     promised = dict(zip(told, in_parallel(partial(promise, evidence, base), told), strict=True))
-    least = SHARE_OF_BEST * max(promised.values(), default=0.0)
+    least = LITTLE * max(promised.values(), default=0.0)
     return [c for c in candidates if promised.get(c, np.inf) >= max(least, 0.0)]
 
 

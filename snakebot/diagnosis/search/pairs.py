@@ -20,14 +20,12 @@ from snakebot.diagnosis.fit.fit_runs import StackedAngles
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, first_runs, run_trial
-from snakebot.diagnosis.search.acceptance import LEAST_FALL
-from snakebot.diagnosis.search.candidate import Candidate, scaled
-from snakebot.diagnosis.search.rounds import held_out, ranked
+from snakebot.diagnosis.result import LITTLE
+from snakebot.diagnosis.search.candidate import SIZE_BESIDE, Candidate, scaled
+from snakebot.diagnosis.search.rounds import FOLLOWED_UP, held_out, ranked
 
-LESS = 0.5  # of an effect as fitted alone, which it may be beside another one; chosen
 MOST_SINGLES = 24  # effects that pairs are made of, those that leave least; chosen
-MOST_STARTS = 2  # of a pair, where several sizes of its effects promise something; chosen
-MOST_PAIRS, MOST_PAIRS_HELD = 4, 2  # pairs fitted, and those of them that are cross-validated; chosen
+MOST_PAIRS = 4  # pairs that are fitted; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +56,7 @@ def pairs(evidence: Evidence, nominal: Trial, fits: Sequence[Trial], ahead: Tria
         return _Mark(trial.hypothesis.terms[0], theta, np.nan_to_num(change[stacked.use]))
 
     def marks_of(trial: Trial) -> list[_Mark]:
-        theta = scaled(trial.hypothesis.terms[0], trial.theta, LESS)
+        theta = scaled(trial.hypothesis.terms[0], trial.theta, SIZE_BESIDE)
         made = evidence.predictor.readings(trial.hypothesis.specs(theta), runs, rough=True)
         return [mark(trial, theta, made), mark(trial, trial.theta, [trial.readings[i] for i in runs])]
 
@@ -68,7 +66,7 @@ def pairs(evidence: Evidence, nominal: Trial, fits: Sequence[Trial], ahead: Tria
         _most_promising(marks, np.nan_to_num(nothing[stacked.use])),
     )
     looks.sort(key=lambda t: -t.fitted_score(evidence.scoring))
-    return ranked(evidence.scoring, held_out(evidence, looks[:MOST_PAIRS_HELD], ahead=ahead))
+    return ranked(evidence.scoring, held_out(evidence, looks[:FOLLOWED_UP], ahead=ahead))
 
 
 def _most_promising(marks: Sequence[_Mark], left: Floats) -> list[Candidate]:
@@ -94,13 +92,13 @@ def _most_promising(marks: Sequence[_Mark], left: Floats) -> list[Candidate]:
             continue
         share = np.linalg.solve(block, along[[i, j]])
         rest = whole - float(share @ along[[i, j]])
-        if (share > 0).all() and rest < (1 - LEAST_FALL) * least:
+        if (share > 0).all() and rest < (1 - LITTLE) * least:
             begin = [scaled(m.term, m.theta, float(f)) for m, f in zip((one, other), share, strict=True)]
             promised.append((rest, Hypothesis((one.term, other.term)), np.concatenate(begin)))
     of_names: dict[frozenset[str], Candidate] = {}
     for _, hypothesis, start in sorted(promised, key=lambda row: row[0]):
         candidate = of_names.setdefault(frozenset(hypothesis.names), Candidate(hypothesis, []))
-        if candidate.hypothesis == hypothesis and len(candidate.starts) < MOST_STARTS:
+        if candidate.hypothesis == hypothesis and len(candidate.starts) < FOLLOWED_UP:
             candidate.starts.append(start)
     return list(of_names.values())[:MOST_PAIRS]
 

@@ -15,15 +15,16 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
-from snakebot.diagnosis.evidence.blocks import CLEAR_SE, mean_difference
-from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, Data, link_is_clean
+from snakebot.diagnosis.evidence.blocks import mean_difference
+from snakebot.diagnosis.evidence.data import CLEARLY_MORE, FEWEST_FOR_DELAY, Data, link_is_clean
 from snakebot.diagnosis.evidence.floor import Floor
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import CHANGED, Scoring
+from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.fit.uncertainty import interval, standard_errors
+from snakebot.diagnosis.result import CLEAR_SE, HALF, LITTLE
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.search import MOST_EFFECTS, SearchResult
 from snakebot.effects.registry import find_effect
@@ -31,12 +32,7 @@ from snakebot.effects.registry import find_effect
 # After which a lost set-point is forgotten, s; chosen. A lag at which a correlation is looked at, not a time that is
 # left out, as ``repeats.FORGOTTEN_S`` is: the two need not be alike.
 MEMORY_S = 0.35
-# Difference of repeats over the readings' own noise, from which on they differ by chance; chosen.
-UNSTEADY = 2.0
-LEAST_COMMON = 0.5  # share of the residual that a common delay must explain beyond chance; chosen
 START_PROBABILITIES = (0.1, 0.3, 0.6)  # of losing a set-point, from which a fit starts; chosen
-# Of the squared speed that a tenth of the samples exceeds, above which a delay can be told from it; chosen.
-MOVING = 0.1
 MOST_MEMORY = 0.25  # correlation that may be left after ``MEMORY_S``; chosen
 
 
@@ -117,12 +113,12 @@ class RandomDelay:
 
     @property
     def evident(self) -> bool:
-        return self.share > LEAST_COMMON and abs(self.memory) < MOST_MEMORY
+        return self.share > HALF and abs(self.memory) < MOST_MEMORY
 
 
 def unsteady(floor: Floor) -> bool:
     """Whether repeats of a motion differ by more than the noise of their readings."""
-    return floor.known and bool(np.nanmax(floor.repeat_rad / floor.white_rad) > UNSTEADY)
+    return floor.known and bool(np.nanmax(floor.repeat_rad / floor.white_rad) > CLEARLY_MORE)
 
 
 def predicts_better(angles: AngleEvidence, scoring: Scoring, loss: Trial, base: Trial) -> bool:
@@ -135,7 +131,7 @@ def predicts_better(angles: AngleEvidence, scoring: Scoring, loss: Trial, base: 
     blocks = angles.blocks
     with_loss, without = (angles.mean_square(t.readings) for t in (loss, base))
     allowed, free = angles.allowed_square, scoring.decides[: blocks.count]
-    rows = free & (np.abs(with_loss - without) > CHANGED * allowed)
+    rows = free & (np.abs(with_loss - without) > LITTLE * allowed)
     if not rows.any():
         return False
     gain = 0.5 * (np.log1p(without / allowed) - np.log1p(with_loss / allowed))
@@ -158,7 +154,7 @@ def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
         residual = np.where(use[:, None], left, 0.0)
         noise = float(np.square(floor.white_rad).sum())
         speed: Floats = np.asarray(np.square(rate).sum(axis=1))
-        moving = use & (speed > MOVING * np.quantile(speed[use], 0.9))
+        moving = use & (speed > LITTLE * np.quantile(speed[use], 0.9))  # else no delay can be told
         product, some_speed = residual * rate, np.maximum(speed, 1e-12)
         delay = np.where(moving, -product.sum(axis=1) / some_speed, 0.0)
         explained += float((np.square(delay) * speed)[moving].sum())

@@ -18,13 +18,11 @@ from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import candidates, kinds
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.search.rounds import MANY_TERMS, called_for, first_looks, held_out, ranked
+from snakebot.diagnosis.search.rounds import HELD_OUT, MANY_TERMS, called_for, first_looks, held_out, ranked
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import find_effect
 
-# Effects tried in another's place, and those of them that are cross-validated; chosen.
-MOST_RIVALS, MOST_HELD = 8, 3
-FEW_RIVALS = 3  # effects tried in another's place where there are more than ``MANY_TERMS`` terms; chosen
+MOST_RIVALS = 8  # effects tried in another's place; chosen
 
 
 def rivals(
@@ -37,7 +35,8 @@ def rivals(
     without: Sequence[Trial],
     progress: ProgressCallback,
 ) -> tuple[tuple[Trial, ...], ...]:
-    """Per term of ``best``, trials in which another effect takes its place, best first.
+    """Per term of ``best``, trials in which another effect takes its place, best first; of many terms no more are tried
+    for each than are held out.
 
     Args:
         singles: trials of single effects; the rivals of an effect that is the only one.
@@ -46,7 +45,7 @@ def rivals(
         without: ``best`` without each of its terms; empty: as yet unknown.
     """
     likely = _added(sorted(fits, key=lambda t: -t.fitted_score(evidence.scoring)))[
-        : MOST_RIVALS if len(best.hypothesis.terms) <= MANY_TERMS else FEW_RIVALS
+        : MOST_RIVALS if len(best.hypothesis.terms) <= MANY_TERMS else HELD_OUT
     ]
     nearest: dict[str, list[Effect]] = {}  # by effect, what else to try where it is on another joint
     out = []
@@ -105,7 +104,7 @@ def _of_term(
         made = in_parallel(partial(candidates, near, library, base), wanted)
         fits += first_looks(near, list(chain.from_iterable(made)), base)
     fits.sort(key=lambda t: -t.fitted_score(evidence.scoring))
-    return tuple(ranked(evidence.scoring, held_out(evidence, fits[:MOST_HELD], ahead=best)))
+    return tuple(ranked(evidence.scoring, held_out(evidence, fits[:HELD_OUT], ahead=best)))
 
 
 def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -> list[Candidate]:

@@ -12,12 +12,14 @@ import numpy as np
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import CHANGED, Scoring
+from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.evidence.simulator import Simulator
+from snakebot.diagnosis.fit.fit_runs import MANY_PARAMETERS
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import ROUGH_STEPS, Trial, informative_runs, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
+from snakebot.diagnosis.result import HALF, LITTLE
 from snakebot.diagnosis.search.acceptance import costs_nothing, excess_as_fitted, gains, lead
 from snakebot.diagnosis.search.candidate import Candidate, added, start_values
 from snakebot.diagnosis.search.candidates import candidates, kinds
@@ -26,16 +28,16 @@ from snakebot.diagnosis.search.outlook import promising
 from snakebot.effects import registry
 from snakebot.effects.effect import Effect
 
-CLOSE_RACE = 0.25  # share of the winner's gain, within which rivals are cross-validated (chosen) ...
-# ... but so many at least and at most; one at least on top of many effects with which the body is simulated; chosen
-FEWEST_TRIALS, MOST_TRIALS = 3, 6
-MOST_FURTHER = 3  # the most on top of an accepted effect, where only the best is needed; chosen
-# What a fit may leave of the gap over what the best leaves, to take as much away; and the most that are cross-validated
-# for that, where their score alone would not have them so: none that gains no score at all, unless it leaves this share
-# of what its base leaves. Chosen.
-CLOSE_LEFT, MOST_FOR_LEFT, LITTLE_LEFT = 1.25, 2, 0.5
-MANY_TERMS = 3  # terms of an explanation that a first look at one more leaves as they are; chosen
-MANY_PARAMETERS = 8  # the same of parameters, fewer than a position loop has; chosen
+# Share of what the best gains, or leaves of the gap, by which another may be worse to do nearly as well; chosen.
+NEARLY = 0.25
+# Of what a first look promises most of, effects or motions, how many are looked at closer; chosen.
+LOOKED_AT = 6
+# Fits that are cross-validated at least, and at most where only the best of them is needed; chosen.
+HELD_OUT = 3
+FOLLOWED_UP = 2  # fits, the first of some, that are gone after where the best may not be first; chosen
+# Terms of an explanation; where it has more, or gets one more, not all are fitted again, nor all rivals and orders of
+# them tried; chosen.
+MANY_TERMS = 3
 
 
 def explore(
@@ -59,11 +61,10 @@ def explore(
     order = np.argsort(reached, kind="stable")[::-1]
     if order.size == 0:
         return [], []
-    near = [i for i in order if reached[i] >= (1 - CLOSE_RACE) * reached[order[0]]]
-    fewest = 1 if _says_much(base) and evidence.predictor.simulator.needs_body(base.specs) else FEWEST_TRIALS
-    kept = list(dict.fromkeys([*order[:fewest], *near]))[
-        : MOST_FURTHER if base.hypothesis.terms else MOST_TRIALS
-    ]
+    near = [i for i in order if reached[i] >= (1 - NEARLY) * reached[order[0]]]
+    # On top of many effects with which the body is simulated, each takes long.
+    fewest = 1 if _says_much(base) and evidence.predictor.simulator.needs_body(base.specs) else HELD_OUT
+    kept = list(dict.fromkeys([*order[:fewest], *near]))[: HELD_OUT if base.hypothesis.terms else LOOKED_AT]
     chosen = [fits[i] for i in kept if reached[i] > 0]
     chosen += _leave_least(scoring, fits, chosen, base)
     progress("holding out gaits", 0.8)
@@ -82,16 +83,16 @@ def _leave_least(
     scoring: Scoring, fits: Sequence[Trial], chosen: Sequence[Trial], base: Trial
 ) -> list[Trial]:
     """Which of some fits take most of the gap away, where none ``chosen`` does nearly as well: the score, a sum of
-    logarithms, would rather have a little of every joint's gap than most of one joint's that is far larger.
+    logarithms, would rather have a little of every joint's gap than most of one joint's that is far larger. None that
+    gains no score at all, unless it leaves less than half of what ``base`` leaves.
     """
     left = {fit: excess_as_fitted(scoring, fit, scoring.of_angles) for fit in (base, *fits)}
-    little = LITTLE_LEFT * left[base]
     least: dict[Hypothesis, Trial] = {}
     for fit in sorted(fits, key=left.__getitem__):
-        if left[fit] < little or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0:
+        if left[fit] < HALF * left[base] or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0:
             least.setdefault(fit.hypothesis, fit)
-    first = list(least.values())[:MOST_FOR_LEFT]
-    enough = CLOSE_LEFT * left[first[0]] if first else 0.0
+    first = list(least.values())[:FOLLOWED_UP]
+    enough = (1 + NEARLY) * left[first[0]] if first else 0.0
     if any(left[fit] <= enough for fit in chosen):
         return []
     return [fit for fit in first if left[fit] <= enough]
@@ -192,7 +193,7 @@ def _says_no_more(angles: AngleEvidence, simulator: Simulator, fit: Trial, other
     square = angles.blocks.mean_square([np.nan_to_num(part) for part in apart])
     share = square / angles.allowed_square
     joint = angles.blocks.joint
-    return all(float(share[joint == j].mean()) < CHANGED for j in np.unique(joint))
+    return all(float(share[joint == j].mean()) < LITTLE for j in np.unique(joint))
 
 
 def ranked(scoring: Scoring, trials: Sequence[Trial]) -> list[Trial]:

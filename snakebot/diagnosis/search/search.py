@@ -19,6 +19,7 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
+from snakebot.diagnosis.result import HALF
 from snakebot.diagnosis.search.acceptance import (
     MOST_LEFT,
     accepted,
@@ -34,15 +35,12 @@ from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.pairs import pairs
 from snakebot.diagnosis.search.plainly import by_plainer_effects, said_plainly
 from snakebot.diagnosis.search.rivals import rivals
-from snakebot.diagnosis.search.rounds import explore, first_looks, held_out, ranked
+from snakebot.diagnosis.search.rounds import FOLLOWED_UP, LOOKED_AT, explore, first_looks, held_out, ranked
 from snakebot.diagnosis.search.wear import is_worn, with_wear
 from snakebot.in_words import listed
 
 MOST_EFFECTS = 3  # different effects in an explanation; chosen
 MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, and one more; chosen
-MOST_JOINTS = 0.5  # share of the joints with a gap, from which on wear is likelier than faults; chosen
-# Single effects tried in the place of another one, and those of them that are cross-validated; chosen.
-MOST_SWAPPED, MOST_SWAPPED_HELD = 6, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,13 +186,13 @@ def _accepted(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Tr
 
 
 def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: Trial) -> bool:
-    """Whether to try all everyday effects on every joint: the search has ended with a gap left, or most joints have
-    a gap that the winner does not close.
+    """Whether to try all everyday effects on every joint: the search has ended with a gap left, or half of the
+    joints have a gap that the winner does not close: wear is then likelier than faults.
     """
     so_far = winner or best
     if closed_enough(scoring, so_far, nominal):
         return False
-    return winner is None or gap_of(scoring, so_far.held_square).significant.mean() >= MOST_JOINTS
+    return winner is None or gap_of(scoring, so_far.held_square).significant.mean() >= HALF
 
 
 def _explored(
@@ -216,7 +214,7 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
     for index, term in enumerate(best.hypothesis.terms[:-1]):
         rest = best.hypothesis.without(index)
         kept = best.hypothesis.rest(best.theta, index)
-        for single in singles[:MOST_SWAPPED]:
+        for single in singles[:LOOKED_AT]:
             other = single.hypothesis.terms[0]
             if other.effect in best.hypothesis.names:
                 continue
@@ -226,7 +224,7 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
     if not tried:
         return best
     fits = sorted(first_looks(evidence, tried), key=lambda t: -t.fitted_score(evidence.scoring))
-    trials = held_out(evidence, fits[:MOST_SWAPPED_HELD], ahead=best)
+    trials = held_out(evidence, fits[:FOLLOWED_UP], ahead=best)
     return ranked(evidence.scoring, [best, *trials])[0]
 
 

@@ -14,37 +14,30 @@ from functools import partial
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
-from snakebot.diagnosis.evidence.blocks import CLEAR_SE, MeanDifference, mean_difference
+from snakebot.diagnosis.evidence.blocks import MeanDifference, mean_difference
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import ALIKE, CHANGED, Scoring
+from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.fit_runs import StackedAngles
+from snakebot.diagnosis.fit.fold_fits import NEAR_STEPS
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
-from snakebot.diagnosis.fit.least_squares import linearised, minimise, refit, wide_allowance
+from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, linearised, minimise, refit, wide_allowance
 from snakebot.diagnosis.fit.step import Problem
-from snakebot.diagnosis.fit.trial import Trial, run_trial_against
+from snakebot.diagnosis.fit.trial import COSTLY_STEPS, Trial, run_trial_against
+from snakebot.diagnosis.result import CLEAR_SE, LITTLE
 from snakebot.diagnosis.search.acceptance import (
-    LEAST_FALL,
     LEAST_GAIN,
     accepted,
     closes_more,
     excess,
     excess_as_fitted,
 )
-from snakebot.diagnosis.search.candidate import Candidate, start_values
+from snakebot.diagnosis.search.candidate import SIZE_BESIDE, Candidate, start_values
 from snakebot.diagnosis.search.candidates import kinds
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.search.rounds import ranked
+from snakebot.diagnosis.search.rounds import FOLLOWED_UP, NEARLY, ranked
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
-
-LEAST_SQUARES_STEPS = 12  # iterations of the fit of all effects together by least squares, from far; chosen
-CAUCHY_STEPS = 8  # iterations of the same by the Cauchy loss, from where least squares ended; chosen
-LESS_STEPS = 5  # iterations with one effect less, from near; chosen
-# What a fault may leave, over what the one that takes most of the gap away leaves, to be tried as well; and the most
-# that are tried. Chosen.
-CLOSE_FAULT, MOST_FAULTS = 1.25, 2
-START_SHARE = 0.5  # of the size that an effect alone would start with: it is not alone here; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,9 +128,9 @@ def _faults(
 
     def does_well(trial: Trial) -> bool:
         peers = (left[t] for t in left if len(t.hypothesis.terms) == len(trial.hypothesis.terms))
-        return left[trial] < min((1 - LEAST_FALL) * gap_square, CLOSE_FAULT * min(peers))
+        return left[trial] < min((1 - LITTLE) * gap_square, (1 + NEARLY) * min(peers))
 
-    others = [t for t in nearest.values() if t.hypothesis.terms != fault and does_well(t)][:MOST_FAULTS]
+    others = [t for t in nearest.values() if t.hypothesis.terms != fault and does_well(t)][:FOLLOWED_UP]
     return [first, *others] if fault else others
 
 
@@ -281,7 +274,7 @@ def _start(bench: _Bench, library: Library) -> Floats:
             effect = find_effect(term.effect)
             alone = start_values(term, effect.starts(library.observed, (column,))[0])
             row += [
-                p.clip(p.neutral + START_SHARE * (float(v) - p.neutral))
+                p.clip(p.neutral + SIZE_BESIDE * (float(v) - p.neutral))
                 for p, v in zip(term.open, alone, strict=True)
             ]
         rows.append(row)
@@ -295,11 +288,9 @@ def _whole(bench: _Bench, library: Library) -> Whole:
     begin = _start(bench, library)
     problem = bench.problem(every, allowed)
     wide = wide_allowance(problem, bench.residual(begin, every))
-    theta = minimise(
-        replace(problem, allowed_square=wide), begin, LEAST_SQUARES_STEPS, covariance=False
-    ).theta
+    theta = minimise(replace(problem, allowed_square=wide), begin, COSTLY_STEPS, covariance=False).theta
     spread = _as_wide_as(bench, bench.square(bench.residual(theta, every)))
-    theta = minimise(bench.problem(every, spread), theta, CAUCHY_STEPS, covariance=False).theta
+    theta = minimise(bench.problem(every, spread), theta, NEAR_STEPS, covariance=False).theta
     return Whole(bench, theta, bench.square(bench.residual(theta, every)))
 
 
@@ -324,9 +315,9 @@ class Whole:
         rows = (self.bench.size > 0) & self.bench.evidence.scoring.decides[: angles.blocks.count]
         allowed = angles.allowed_square[rows]
         mine, its = (np.maximum(whole.left_square[rows] - allowed, 0.0) for whole in (self, other))
-        if mine.sum() < (1 - LEAST_FALL) * its.sum():
+        if mine.sum() < (1 - LITTLE) * its.sum():
             return True
-        changed = np.abs(mine - its) > CHANGED * allowed
+        changed = np.abs(mine - its) > LITTLE * allowed
         spread = _as_wide_as(self.bench, other.left_square)[rows]
         gain = 0.5 * (np.log1p(its / spread) - np.log1p(mine / spread))[changed]
         return bool(gain.sum() > LEAST_GAIN * gain.size)
@@ -338,7 +329,7 @@ class Whole:
         spread = _as_wide_as(bench, self.left_square)
 
         def without(kept: Bools, start: Floats) -> tuple[Floats, Floats]:
-            found = minimise(bench.problem(kept, spread), start, LESS_STEPS, covariance=False).theta
+            found = minimise(bench.problem(kept, spread), start, FEWEST_STEPS, covariance=False).theta
             return found, bench.held_square(found, kept, spread)
 
         whole = bench.held_square(theta, every, spread)
@@ -382,7 +373,7 @@ def _gain(bench: _Bench, joint: int, spread_square: Floats, better: Floats, wors
     with: what no everyday effect is exact to decides nothing.
     """
     angles = bench.evidence.angles
-    changed = np.abs(better - worse) > CHANGED * angles.allowed_square
+    changed = np.abs(better - worse) > LITTLE * angles.allowed_square
     rows = changed & (bench.size > 0) & (angles.blocks.joint == joint)
     if not rows.any():
         return MeanDifference(0.0, 0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from snakebot.diagnosis.result import AngleClosure, Cause, Diagnosis
+from snakebot.diagnosis.result import HALF, LITTLE, MOST_TOLD, AngleClosure, Cause, Diagnosis
 from snakebot.diagnosis.show import certainty
 from snakebot.diagnosis.show.named import (
     cause_sentence,
@@ -20,10 +20,7 @@ from snakebot.diagnosis.show.named import (
 from snakebot.effects.telling import joints_in_words
 from snakebot.in_words import listed, three
 
-MOST_SAID = 3  # causes that the sentence names; chosen
-CLOSED_WELL = 0.9  # share of the gap from which on nobody asks for the rest; chosen
-MOSTLY = 0.5  # share of what is left above the floor that is most of it; by definition
-MOST_LOOKS = 2  # of those what to look at is said; chosen: one screen holds no more
+MOST_LOOKS = 2  # causes of which it is said what to look at; chosen: one screen holds no more
 SOME_GAIT = "--alpha 66 --beta 80 --omega 2"  # to see effects in simulation: the example of the README
 ROBOT, RUN, SIMULATION = "On the robot", "Next run", "Simulation"
 
@@ -53,7 +50,7 @@ def statement(found: Diagnosis, *, hedged: bool = True) -> str:
         )
     if found.verdict == "unexplained":
         return _unexplained(found, count)
-    parts = [_with_rivals(cause, count) for cause in found.causes[:MOST_SAID]]
+    parts = [_with_rivals(cause, count) for cause in found.causes[:MOST_TOLD]]
     more = len(found.causes) - len(parts)
     ties = [bool(cause.indistinguishable_from) for cause in found.causes]
     if any(ties[:-1]):  # said of the tie alone, and not of what comes after it
@@ -111,9 +108,9 @@ def _tolerated(angle: AngleClosure) -> str | None:
     """That most of what is left is what the stated numbers may be off by; None where it is not, or is little."""
     within, floor = angle.rms_within_tolerance, angle.rms_floor or 0.0
     before = angle.rms_before_within_tolerance
-    if within is None or before is None or (angle.closed is not None and angle.closed > CLOSED_WELL):
+    if within is None or before is None or (angle.closed is not None and angle.closed > 1 - LITTLE):
         return None
-    if angle.rms_after**2 - within**2 < MOSTLY * (angle.rms_after**2 - floor**2):
+    if angle.rms_after**2 - within**2 < HALF * (angle.rms_after**2 - floor**2):
         return None
     return (
         "Most of the rest is what the stated numbers are off by, within their tolerance: with the lags that these runs "

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from snakebot.diagnosis.result import Diagnosis, RankingEntry
+from snakebot.diagnosis.result import HALF, LIKELY, Diagnosis, RankingEntry
 from snakebot.diagnosis.show.named import effect_title, explanation, joint_count, runs_in_words
 from snakebot.in_words import listed
 
-SURE, LIKELY = 0.85, 0.6  # least probability of the words, and of an end of experiments; chosen
-TIE = 0.5  # share of the best explanation's probability that the next one has in a tie; chosen
+SURE = 0.85  # least probability of the word, and of an end of experiments; chosen
 
 
 def least_probability(found: Diagnosis) -> float:
@@ -15,11 +14,13 @@ def least_probability(found: Diagnosis) -> float:
 
 
 def tied(found: Diagnosis) -> bool:
-    """Whether another explanation is as good: a cause's probability is then that of a group, not of the one named."""
+    """Whether another explanation is as good, or more than half as likely: a cause's probability is then that of a
+    group, not of the one named.
+    """
     if any(cause.indistinguishable_from or cause.evidence.get("rivals", 0) > 0 for cause in found.causes):
         return True
     best = sorted((entry.probability for entry in found.ranking), reverse=True)[:2]
-    return len(best) == 2 and best[1] > TIE * best[0]
+    return len(best) == 2 and best[1] > HALF * best[0]
 
 
 def word(found: Diagnosis) -> str:

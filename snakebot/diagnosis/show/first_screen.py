@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from math import degrees
 
-from snakebot.diagnosis.result import Diagnosis
+from snakebot.diagnosis.result import NO_PERCENT, Diagnosis
 from snakebot.diagnosis.show import answer, certainty
 from snakebot.diagnosis.show.named import (
-    NO_PERCENT,
     effect_of,
     joint_count,
     share_in_words,

@@ -11,8 +11,6 @@ from snakebot.diagnosis.result import Cause, Diagnosis, RunSpeed, Trace
 from snakebot.diagnosis.show.named import cause_name, effect_of, effect_title, joint_count
 from snakebot.report import Axis, BarChart, Bars, Block, Explain, Line, LineChart, Section
 
-DEG = 180 / np.pi  # degrees in a radian, by definition
-
 
 def add_causes(section: Section, found: Diagnosis) -> None:
     """One block for each cause."""
@@ -66,7 +64,7 @@ def trace_charts(trace: Trace) -> list[Block]:
     """The angle over time, and below it the error before and after; of one of several causes without it and with it."""
 
     def degrees(values: tuple[float | None, ...]) -> Floats:
-        return np.array([np.nan if v is None else v for v in values], dtype=np.float64) * DEG
+        return np.rad2deg(np.array([np.nan if v is None else v for v in values], dtype=np.float64))
 
     t, measured = np.array(trace.t_s), degrees(trace.measured_rad)
     before, after = degrees(trace.before_rad), degrees(trace.after_rad)

@@ -7,13 +7,12 @@ import re
 from collections.abc import Sequence
 from math import degrees
 
-from snakebot.diagnosis.result import Cause, Diagnosis, GapStage, RankingEntry
+from snakebot.diagnosis.result import NO_PERCENT, Cause, Diagnosis, GapStage, RankingEntry
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects
 from snakebot.effects.telling import STAGES_IN_WORDS, joints_in_words, sentence, shown, shown_span, title
 from snakebot.in_words import listed, three
 
-NO_PERCENT = 0.005  # of a share, below which it is 0 % in whole per cent, by definition
 _LONG_NUMBER = re.compile(r"\d+\.\d+(e-?\d+)?")
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from math import degrees
+
 from snakebot import __version__
 from snakebot.diagnosis.result import AngleClosure, Diagnosis, SpeedClosure
 from snakebot.diagnosis.show.answer import of_this_robot
 from snakebot.diagnosis.show.first_screen import first_screen
-from snakebot.diagnosis.show.marks import DEG, add_causes, trace_charts
+from snakebot.diagnosis.show.marks import add_causes, trace_charts
 from snakebot.diagnosis.show.named import effect_title, plain, share_in_words
 from snakebot.diagnosis.show.tables import add_budget, add_numbers, add_ranking, add_stated
 from snakebot.effects.telling import STAGES_IN_WORDS
@@ -85,9 +87,9 @@ def _map(section: Section, found: Diagnosis) -> None:
         "Error by joint",
         joints,
         [
-            Bars("now", [v * DEG for v in details.gap_rms_rad], "error"),
-            Bars("with it", [v * DEG for v in details.rest_rms_rad], "predicted"),
-            Bars("noise", [None if f is None else f * DEG for f in details.floor_rad], "muted"),
+            Bars("now", [degrees(v) for v in details.gap_rms_rad], "error"),
+            Bars("with it", [degrees(v) for v in details.rest_rms_rad], "predicted"),
+            Bars("noise", [None if f is None else degrees(f) for f in details.floor_rad], "muted"),
         ],
         Axis("error, rms", "deg", 3),
     )
@@ -101,8 +103,8 @@ def _map(section: Section, found: Diagnosis) -> None:
                 f"By {axis}",
                 [r.bin for r in bins],
                 [
-                    Bars("now", [r.rms_before_rad * DEG for r in bins], "error"),
-                    Bars("with it", [r.rms_after_rad * DEG for r in bins], "predicted"),
+                    Bars("now", [degrees(r.rms_before_rad) for r in bins], "error"),
+                    Bars("with it", [degrees(r.rms_after_rad) for r in bins], "predicted"),
                 ],
                 Axis("error, rms", "deg", 3),
             )
@@ -125,8 +127,8 @@ def _next(section: Section, found: Diagnosis) -> None:
 
 def _closure(section: Section, found: Diagnosis) -> None:
     angle, speed = found.closure.joint_angle, found.closure.forward_speed
-    before_after = (angle.rms_before * DEG, angle.rms_after * DEG)
-    floor = None if angle.rms_floor is None else angle.rms_floor * DEG
+    before_after = (degrees(angle.rms_before), degrees(angle.rms_after))
+    floor = None if angle.rms_floor is None else degrees(angle.rms_floor)
     rows = [_closure_row("joint angles", angle, before_after, floor, "deg")]
     if speed is not None:
         before_after = (speed.error_before, speed.error_after)

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from snakebot.diagnosis.result import BudgetEntry, Diagnosis, RankingEntry, StatedNumber
+from snakebot.diagnosis.result import (
+    BEYOND_CHANCE,
+    CLEAR_SE,
+    OFF,
+    BudgetEntry,
+    Diagnosis,
+    RankingEntry,
+    StatedNumber,
+)
 from snakebot.diagnosis.show.named import (
     cause_name,
     effect_of,
@@ -19,14 +27,13 @@ from snakebot.in_words import span, three
 from snakebot.report import Axis, BarChart, Bars, Column, Note, Section, Table
 from snakebot.robot import SERVO_LAG, Robot
 
-STATED = {  # numbers of a robot's description: what they are called, unit, by definition how many in one SI unit
-    SERVO_LAG: ("lag of the servo", "ms", 1000.0),
-    "friction.ct": ("friction along the links", "N s/m", 1.0),
-    "friction.cn": ("friction across the links", "N s/m", 1.0),
-    "link_mass_kg": ("mass of a link", "kg", 1.0),
+STATED = {  # numbers of a robot's description: what they are called, and the unit
+    SERVO_LAG: ("lag of the servo", "ms"),
+    "friction.ct": ("friction along the links", "N s/m"),
+    "friction.cn": ("friction across the links", "N s/m"),
+    "link_mass_kg": ("mass of a link", "kg"),
 }
-MUCH, SOME = 3.0, 1.5  # tolerances off: "far off", "off"; chosen
-ALIKE_SE = 2.0  # standard errors within which two explanations do equally well: 95 %; chosen
+IN_SI_UNIT = {"ms": 1000.0}  # how many of these are in one SI unit, by definition; of others one
 
 
 def add_numbers(section: Section, found: Diagnosis) -> None:
@@ -131,7 +138,7 @@ def why_it_lost(found: Diagnosis, entry: RankingEntry, best: RankingEntry | None
     if set(entry.effects) & group:
         return "not told apart by these runs"
     extra = (entry.parameters or 0) - (best.parameters or 0) if best is not None else 0
-    if best is not None and extra > 0 and entry.delta <= ALIKE_SE * max(entry.delta_se, 1e-9):
+    if best is not None and extra > 0 and entry.delta <= CLEAR_SE * max(entry.delta_se, 1e-9):
         return f"no better, with {extra} more number{'s' if extra > 1 else ''} to fit"
     if entry.delta > 0:
         return "a little worse in all, in no run clearly"
@@ -177,10 +184,12 @@ def _not_told(found: Diagnosis, robot: Robot) -> list[list[object]]:
     for name, value in stated:
         if name in told:
             continue
-        called, unit, factor = STATED[name]
+        called, unit = STATED[name]
         kind = {"friction": "friction", "servo": "delay"}.get(name.split(".")[0])
         why = "see the cause" if kind in set_by_cause else "not told by these runs"
-        rows.append([called, "the robot", f"{_listed(value, factor)} {unit}", why, "", "", ""])
+        rows.append(
+            [called, "the robot", f"{_listed(value, IN_SI_UNIT.get(unit, 1.0))} {unit}", why, "", "", ""]
+        )
     return rows + [[called, "the robot", value, "taken as stated", "", "", ""] for called, value in exact]
 
 
@@ -192,10 +201,11 @@ def _listed(value: float | tuple[float, ...], factor: float = 1.0) -> str:
 
 
 def _stated_row(number: StatedNumber, count: int) -> list[object]:
-    called, unit, factor = STATED.get(number.number, (number.number.replace("_", " "), "", 1.0))
+    called, unit = STATED.get(number.number, (number.number.replace("_", " "), ""))
+    factor = IN_SI_UNIT.get(unit, 1.0)
     off = number.estimate - number.stated
     times = abs(off) / number.tolerance if number.tolerance > 0 else 0.0
-    word = "far off" if times > MUCH else "off" if times > SOME else "as stated"
+    word = "far off" if times > BEYOND_CHANCE else "off" if times > OFF else "as stated"
     percent = f" ({100 * off / number.stated:+.0f} %)" if number.stated else ""
     low, high = number.ci95
     return [

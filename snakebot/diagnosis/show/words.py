@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from snakebot.diagnosis.result import Diagnosis
+from snakebot.diagnosis.result import NO_PERCENT, Diagnosis
 from snakebot.diagnosis.show import answer, certainty
 from snakebot.diagnosis.show.named import (
     cause_name,
@@ -22,7 +22,6 @@ VERDICTS = {
     "no_gap": "No gap",
     "unexplained": "Unexplained",
 }
-LEAST_TOLD = 0.005  # of the gap, below which a part of it is not told; chosen
 
 
 def verdict_words(found: Diagnosis) -> str:
@@ -79,7 +78,7 @@ def _shares(found: Diagnosis) -> list[str]:
     lines = []
     for of, name in (("joint_angle", "joint angles"), ("ground", "motion over ground")):
         entries = found.shares_of(of)
-        told = [entry for entry in entries if entry.cause is not None or entry.share >= LEAST_TOLD]
+        told = [entry for entry in entries if entry.cause is not None or entry.share >= NO_PERCENT]
         if len(told) > 1:
             parts = [
                 f"{'the rest' if e.cause is None else effect_title(found.causes[e.cause].effect)} {e.share:.0%}"

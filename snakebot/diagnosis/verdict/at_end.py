@@ -7,14 +7,10 @@ from __future__ import annotations
 
 import math
 
-from snakebot.diagnosis.result import Cause, Estimate
+from snakebot.diagnosis.result import LITTLE, NO_PERCENT, Cause, Estimate
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect
 
-AT_END = 0.005  # how near a bound counts as at it, share of the parameter's range on its own scale; chosen
-# How wide the interval may be, share of that range: where it is wider the data do not ask for the bound, they do not
-# care (a damping of next to nothing); chosen.
-NARROW = 0.1
 MOST_AT_END = 0.3  # highest probability of such a cause: likelier wrong than right; chosen
 
 
@@ -40,7 +36,11 @@ def held_back(cause: Cause) -> Cause:
 
 
 def _asks_for_more(parameter: Parameter, estimate: Estimate) -> bool:
-    """Whether a fitted parameter stands, clearly, at a bound that does not mean that the effect is absent."""
+    """Whether a fitted parameter stands, clearly, at a bound that does not mean that the effect is absent.
+
+    Between them lies 0 % of its range, on its own scale. Where its interval is wide the data do not ask for the bound,
+    they do not care (a damping of next to nothing).
+    """
     if estimate.fixed or estimate.ci95 is None:
         return False
     lower, upper = _on_scale(parameter, parameter.lower), _on_scale(parameter, parameter.upper)
@@ -50,9 +50,9 @@ def _asks_for_more(parameter: Parameter, estimate: Estimate) -> bool:
     near = [
         bound
         for bound, on_scale in ((parameter.lower, lower), (parameter.upper, upper))
-        if abs(value - on_scale) < AT_END * span and bound not in absent
+        if abs(value - on_scale) < NO_PERCENT * span and bound not in absent
     ]
-    return bool(near) and high - low < NARROW * span
+    return bool(near) and high - low < LITTLE * span
 
 
 def _on_scale(parameter: Parameter, value: float) -> float:

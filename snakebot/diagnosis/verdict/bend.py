@@ -17,15 +17,14 @@ from numpy.polynomial.polynomial import polyfit, polyval
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.blocks import mean_difference
 from snakebot.diagnosis.evidence.data import MIN_SAMPLES
-from snakebot.diagnosis.evidence.gap import GAP_SE
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import Cause
+from snakebot.diagnosis.result import BEYOND_CHANCE, Cause
 
 # Rms of the curve over that of what an explanation changes, from which on it tells. Measured: 0 to 2 % in robots whose
 # offset or gain is named rightly, 9 to 18 % in those with an eccentric code wheel (docs/diagnosis-method.md).
 LEAST_BEND = 0.05
-STRAIGHT = 0.95  # share of the mean square of a mark that a straight line of the angle makes up; chosen
 MOST_WHERE_BENT = 0.2  # highest probability of a straight cause where the rest bends: likelier wrong; chosen
 
 
@@ -64,11 +63,13 @@ def bend_of(evidence: Evidence, nominal: Trial, best: Trial, joints: Sequence[in
     cluster = blocks.run * evidence.data.joints + blocks.joint
     found = mean_difference((gain / blocks.samples)[rows], cluster[rows])
     share = float(np.sqrt(max(gain[rows].sum(), 0.0) / changed[rows].sum()))
-    return share if found.z > GAP_SE and share > LEAST_BEND else None
+    return share if found.z > BEYOND_CHANCE and share > LEAST_BEND else None
 
 
 def is_straight(evidence: Evidence, nominal: Trial, alone: Trial, joints: Sequence[int]) -> bool:
-    """Whether what one cause alone changes in the readings of its joints (1-based) is a straight line of the angle."""
+    """Whether what one cause alone changes in the readings of its joints (1-based) is a straight line of the angle, but
+    for next to nothing.
+    """
     every = range(len(evidence.data.runs))
     left = whole = 0.0
     for joint in (number - 1 for number in joints):
@@ -78,7 +79,7 @@ def is_straight(evidence: Evidence, nominal: Trial, alone: Trial, joints: Sequen
             continue
         left += float(np.square(mark - polyval(angle, polyfit(angle, mark, 1))).sum())
         whole += float(np.square(mark).sum())
-    return whole > 0 and left <= (1 - STRAIGHT) * whole
+    return whole > 0 and left <= NEXT_TO_NOTHING * whole
 
 
 def less_sure(cause: Cause, bend: float) -> Cause:

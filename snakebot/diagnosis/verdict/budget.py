@@ -17,14 +17,15 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import resample
+from snakebot.diagnosis.evidence.data import FEWEST_TO_COMPARE
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.fit_runs import ground_residuals
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import BudgetEntry, Cause
-from snakebot.diagnosis.verdict.closure import DRAWS, LEAST_DRAWN, NO_GAP, QUANTILES
+from snakebot.diagnosis.result import LITTLE, BudgetEntry, Cause
+from snakebot.diagnosis.search.rounds import MANY_TERMS
+from snakebot.diagnosis.verdict.closure import DRAWS, ends_of_95_percent
 from snakebot.effects.spec import EffectSpec
 
-ALL_ORDERS = 3  # causes of which every order is tried; chosen
 SOME_ORDERS = 4  # orders of more causes that are tried, each forwards and backwards; chosen
 
 Coalition = frozenset[int]
@@ -113,7 +114,7 @@ def window_draws(run: Ints, lone: Bools, seed: int) -> Ints | None:
     """
     clusters = np.where(lone, 0, 1 + run)
     sizes = np.bincount(clusters)
-    if sizes.max() < LEAST_DRAWN:
+    if sizes.max() < FEWEST_TO_COMPARE:
         return None
     return resample(clusters, np.random.default_rng(seed), DRAWS)
 
@@ -174,7 +175,7 @@ class _Shares:
     def of(self, rows: Bools) -> Floats | None:
         """Shares of the causes, then of the rest (C + 1,), in some blocks; None where there is no gap."""
         whole, noise = self._whole(self.taken[:, rows], self.rest[rows], self.size[rows]), self.noise[rows]
-        if not rows.any() or whole.sum() <= NO_GAP * float(noise @ self.size[rows]):
+        if not rows.any() or whole.sum() <= LITTLE * float(noise @ self.size[rows]):
             return None
         return np.asarray(whole / whole.sum())
 
@@ -195,7 +196,7 @@ class _Shares:
         shares = self.of(np.ones(self.size.size, dtype=bool))
         if shares is None:
             return []
-        drawn = None if draw is None else np.nanquantile(self.drawn(draw), QUANTILES, axis=0)
+        drawn = None if draw is None else ends_of_95_percent(self.drawn(draw))
         by_joint = [self.of(rows) for rows in joints]
         by_run = {name: self.of(rows) for name, rows in runs.items()}
 
@@ -238,7 +239,7 @@ def _shares(players: dict[int, int], squares: Squares, noise: Floats, size: Floa
 
 
 def _orders(count: int, seed: int) -> list[tuple[int, ...]]:
-    if count <= ALL_ORDERS:
+    if count <= MANY_TERMS:
         return list(permutations(range(count)))
     rng = np.random.default_rng(seed)
     some = [tuple(int(i) for i in rng.permutation(count)) for _ in range(SOME_ORDERS)]

@@ -15,7 +15,7 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
 from snakebot.diagnosis.fit.trial import Trial, run_trial, trial_at
 from snakebot.diagnosis.fit.uncertainty import interval
 from snakebot.diagnosis.options import Options
-from snakebot.diagnosis.result import Cause, Estimate, FitEntry, JointEstimate, RankingEntry
+from snakebot.diagnosis.result import HALF, Cause, Estimate, FitEntry, JointEstimate, RankingEntry
 from snakebot.diagnosis.search.acceptance import lead, touched
 from snakebot.diagnosis.search.groups import degenerate, indistinguishable
 from snakebot.diagnosis.search.rounds import MANY_TERMS
@@ -28,7 +28,6 @@ from snakebot.diagnosis.verdict.joints import joints_of
 from snakebot.diagnosis.verdict.noise import EncoderScatter
 from snakebot.diagnosis.verdict.probability import (
     MOST_BESIDE_GROUND_REST,
-    MOST_OF_ONE_MOTION,
     CauseFeatures,
     at_most,
     probability,
@@ -131,7 +130,7 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         motions=1 if found.untested else len(evidence.data.motions),
         explained=explanation.judgement.verdict == "explained",
     )
-    seen = SCATTER_PROBABILITY if features.motions > 1 else MOST_OF_ONE_MOTION
+    seen = SCATTER_PROBABILITY if features.motions > 1 else HALF
     others = dict.fromkeys(t.hypothesis.terms[-1].effect if t.hypothesis.terms else "" for t in group)
     cause = Cause(
         effect=term.effect,

@@ -1,7 +1,8 @@
 """How far the gap shrinks on runs that no parameter was fitted to: of the joint angles, and of the forward speed.
 
 closed = (E_before^2 - E_after^2) / (E_before^2 - floor^2). Intervals are from a bootstrap over blocks of time
-within each run (angles) or over runs (speeds).
+within each run (angles) or over runs (speeds). A mean square that is little beside the floor's is no gap; and closure
+divides by no draw's own gap that is little beside the whole.
 """
 
 from __future__ import annotations
@@ -14,24 +15,19 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence import ground as ground_motion
 from snakebot.diagnosis.evidence.blocks import resample
-from snakebot.diagnosis.evidence.data import PreparedRun
+from snakebot.diagnosis.evidence.data import FEWEST_TO_COMPARE, PreparedRun
 from snakebot.diagnosis.evidence.gap import certain_over_ground, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import AngleClosure, JointClosure, RunSpeed, SpeedClosure
+from snakebot.diagnosis.result import LITTLE, AngleClosure, JointClosure, RunSpeed, SpeedClosure
 from snakebot.effects.spec import EffectSpec
 
 DRAWS = 1000  # of the bootstrap; chosen: 2.5 % quantiles then rest on 25 draws
-QUANTILES = (0.025, 0.975)  # ends of a 95 % interval, by definition
-# Of the gap, that a draw's own gap is taken for at least: closure divides by it; chosen.
-LEAST_DRAWN_GAP = 0.1
-LEAST_DRAWN = 3  # runs of a speed each, or windows over ground, that an interval needs; chosen
 NOT_HELD_OUT = (
     "nothing is held out, for one motion only may be fitted or shows it: before and after are of fitted runs"
 )
-NO_GAP = 0.1  # share of the squared floor, under which a mean square above the floor is no gap; chosen
 
 
 def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) -> AngleClosure:
@@ -51,7 +47,7 @@ def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) ->
     shown = np.isin(scoring.run, split.shown)
     significant = gap_of(scoring, nominal.held_square).significant
     significant = significant | gap_of(scoring, nominal.held_square, shown).significant
-    if e2 - bound <= NO_GAP * bound or not significant.any():
+    if e2 - bound <= LITTLE * bound or not significant.any():
         reason = "no gap beyond noise and tolerance to close"
         if floor.doubts:
             reason = "runs of the same motion are as far apart as they are off their prediction"
@@ -59,13 +55,13 @@ def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) ->
         reason = NOT_HELD_OUT
     else:
         closed = (e2 - a2) / (e2 - f2)
-        if before_within - bound > NO_GAP * bound:
+        if before_within - bound > LITTLE * bound:
             beyond = (before_within - within) / (before_within - f2)
         draw = resample(blocks.run[rows], np.random.default_rng(seed), DRAWS)
         weight = size[draw].sum(axis=1)
         eb = (before * size)[draw].sum(axis=1) / weight
         ab = (after * size)[draw].sum(axis=1) / weight
-        interval = _interval((eb - ab) / np.maximum(eb - f2, LEAST_DRAWN_GAP * (e2 - f2)))
+        interval = _interval((eb - ab) / np.maximum(eb - f2, LITTLE * (e2 - f2)))
         if not floor.known:
             reason = "no repeated runs: the floor is taken as zero"
     return AngleClosure(
@@ -209,11 +205,11 @@ def speed_closure(
         reason = NOT_HELD_OUT
     else:
         closed = (e2 - a2) / (e2 - f2)
-        if before.size >= LEAST_DRAWN:
+        if before.size >= FEWEST_TO_COMPARE:
             runs_alike = np.zeros(before.size, dtype=np.int64)  # each is one number: they are exchangeable
             draw = resample(runs_alike, np.random.default_rng(seed), DRAWS)
             eb, ab = before[draw].mean(axis=1), after[draw].mean(axis=1)
-            interval = _interval((eb - ab) / np.maximum(eb - f2, LEAST_DRAWN_GAP * (e2 - f2)))
+            interval = _interval((eb - ab) / np.maximum(eb - f2, LITTLE * (e2 - f2)))
         if floor is None:
             reason = "no repeated runs: the floor is taken as zero"
     return SpeedClosure(
@@ -237,5 +233,10 @@ def _mean(square: Floats, size: Floats) -> float:
 
 
 def _interval(values: Floats) -> tuple[float, float]:
-    low, high = np.quantile(values, QUANTILES)
+    low, high = ends_of_95_percent(values)
     return float(low), float(high)
+
+
+def ends_of_95_percent(drawn: Floats) -> Floats:
+    """(2, ...) ends of the interval in which 95 % of the draws (D, ...) lie; those that are nan do not count."""
+    return np.asarray(np.nanquantile(drawn, (0.025, 0.975), axis=0))

@@ -18,6 +18,7 @@ from snakebot.diagnosis.fit.trial import Trial, run_trial, trial_at
 from snakebot.diagnosis.fit.uncertainty import standard_errors
 from snakebot.diagnosis.options import Options, ProgressCallback
 from snakebot.diagnosis.result import (
+    HALF,
     BudgetEntry,
     Cause,
     Closure,
@@ -49,7 +50,7 @@ from snakebot.diagnosis.verdict.decision import Judgement
 from snakebot.diagnosis.verdict.joints import joints_of
 from snakebot.diagnosis.verdict.localise import shares
 from snakebot.diagnosis.verdict.noise import noise_effect
-from snakebot.diagnosis.verdict.probability import MOST_UNEXPLAINED, at_most, ranking_at_most
+from snakebot.diagnosis.verdict.probability import at_most, ranking_at_most
 from snakebot.diagnosis.verdict.regime import regimes, sentence
 from snakebot.diagnosis.verdict.rest import Rest
 from snakebot.diagnosis.verdict.stated_numbers import stated_numbers
@@ -110,8 +111,8 @@ def conclude(
     causes, rivals, ranking = weigh_causes(evidence, found, judgement, errors, options)
     if any(is_slow(run) for run in evidence.data.runs):
         causes, ranking = at_most(causes), ranking_at_most(ranking)
-    if judgement.verdict == "unexplained":
-        causes, ranking = at_most(causes, MOST_UNEXPLAINED), ranking_at_most(ranking, MOST_UNEXPLAINED)
+    if judgement.verdict == "unexplained":  # a likelier cause would contradict it
+        causes, ranking = at_most(causes, HALF), ranking_at_most(ranking, HALF)
     if judgement.noise is not None:
         causes.append(noise_cause(noise_effect(), judgement.noise, evidence.data.joints))
     progress("closure on held-out runs", 0.9)

@@ -8,14 +8,10 @@ from snakebot.diagnosis.evidence.gap import Gap, gap_of, hidden_gap
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.options import Options
-from snakebot.diagnosis.result import Verdict
+from snakebot.diagnosis.result import HALF, Verdict
 from snakebot.diagnosis.search.search import SearchResult
 from snakebot.diagnosis.verdict.noise import EncoderScatter, noise_effect, noisy_encoders
 from snakebot.diagnosis.verdict.rest import Rest, held_out_rest, rest_of, runs_with_gap
-
-# Share of the gap that may be left where it is partly explained; by definition, its causes close at least half
-# (docs/diagnosis-method.md).
-MOST_LEFT_OVER = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +56,8 @@ def decide(facts: VerdictFacts) -> Verdict:
 
 
 def _partly(facts: VerdictFacts, rest: Rest) -> Verdict:
-    """The verdict where too much is left over."""
-    enough = rest.share <= MOST_LEFT_OVER or facts.in_scatter  # what chance leaves over, no prediction closes
+    """The verdict where too much is left over: causes that close at least half of the gap explain it partly."""
+    enough = rest.share <= HALF or facts.in_scatter  # what chance leaves over, no prediction closes
     return "partly" if facts.explanation and enough else "unexplained"
 
 

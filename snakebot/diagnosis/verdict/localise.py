@@ -17,12 +17,12 @@ from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.gap import Gap
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
+from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import StageShares
 
 TURN_ARM_M = 0.05  # by which a turn rate becomes a speed, to be compared with one, m; chosen
-LEAST_LINK = 0.05  # share of the gap, below which the link has none; chosen
 
 
 def shares(evidence: Evidence, gap: Gap, nominal: Trial, steps: Sequence[tuple[Trial, Trial]]) -> StageShares:
@@ -117,4 +117,4 @@ def _link_share(angles: AngleEvidence, simulator: Simulator, nominal: Trial) -> 
     if whole <= float(np.mean(angles.tolerance_square)):
         return 0.0
     share = 1 - max(left, 0.0) / whole
-    return share if share > LEAST_LINK else 0.0
+    return share if share > NEXT_TO_NOTHING else 0.0

@@ -8,18 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from snakebot.diagnosis.evidence.data import Data
+from snakebot.diagnosis.evidence.data import OUTSTANDING, Data
 from snakebot.diagnosis.evidence.floor import Floor
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects
 from snakebot.robust import SIGMAS_95
 
 USUAL_SCATTER_RAD = np.radians(0.2)  # standard deviation of a sound encoder's readings, rad; chosen
-TIMES_QUANTISER = 4.0  # ... and over that of its counts, if they are coarser; chosen
 # Variance of an estimate from third differences over one from as many that share no noise, and the least relative error
 # of such an estimate; chosen.
 SHARED_NOISE, ROUGH = 2.5, 0.02
-OUTSTANDING = 4.0  # scatter of a joint over the median joint's, from which on it stands out; chosen
 
 
 @dataclass(frozen=True)
@@ -46,15 +44,17 @@ def noise_effect() -> Effect:
 
 
 def noisy_encoders(data: Data, floor: Floor) -> EncoderScatter | None:
-    """None where the scatter is what one takes for granted."""
+    """None where the scatter is what one takes for granted. It is not where a joint scatters more than usual, or stands
+    out of the median joint; and in either case of its counts.
+    """
     white = floor.white_rad
     q = data.quantiser_rad
     middle = float(np.median(white))
     loud: list[int] = [
         j
         for j, w in enumerate(white)
-        if w > max(USUAL_SCATTER_RAD, TIMES_QUANTISER * q)
-        or (white.size >= 3 and w > max(OUTSTANDING * middle, 0.5 * USUAL_SCATTER_RAD, TIMES_QUANTISER * q))
+        if w > max(USUAL_SCATTER_RAD, OUTSTANDING * q)
+        or (white.size >= 3 and w > max(OUTSTANDING * middle, 0.5 * USUAL_SCATTER_RAD, OUTSTANDING * q))
     ]
     if not loud:
         return None

@@ -17,23 +17,17 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.score import ALIKE
-from snakebot.diagnosis.result import HIGHEST, LOWEST, Cause, RankingEntry
+from snakebot.diagnosis.result import HALF, LIKELY, LOWEST, NO_PERCENT, Cause, RankingEntry
 
 CALIBRATION_FILE = Path(__file__).parents[1] / "calibration.json"
 SCHEMA = "snakebot.calibration/1"
 
-MOST_OF_ONE_MOTION = 0.5  # highest probability where nothing could be held out: a guess; chosen
-# Mean square left over the allowed one, above which a probability is at most ``MOST_BESIDE_REST``; chosen.
+# Mean square left over the allowed one, above which a cause is no more than likely; chosen.
 LARGE_REST = 100.0
-MOST_BESIDE_REST = 0.6  # highest probability of a cause beside such a rest; chosen
 # Highest probability of a cause of the body beside a rest over ground. Joint angles are measured there, so no error of
 # a servo's model is in it: another law, or another cause, is likelier than not; chosen.
 MOST_BESIDE_GROUND_REST = 0.45
 MOST_WHERE_GUESSED = 0.8  # highest probability where part of the set-points is guessed (slow logs); chosen
-# Highest probability of a cause that leaves the gap unexplained: more would contradict the verdict; chosen.
-MOST_UNEXPLAINED = 0.5
-# Share of a gap that is left open, below which less says nothing more: tolerances are no better known; chosen.
-LEAST_LEFT_OPEN = 0.005
 FEATURES = ("lead", "rest", "closed", "rivals", "motions", "explained")
 
 
@@ -58,12 +52,14 @@ class CauseFeatures:
     explained: bool
 
     def vector(self) -> Floats:
-        """(F,) in the order of ``FEATURES``, each of order one."""
+        """(F,) in the order of ``FEATURES``, each of order one; of a gap that is as good as closed, less says nothing
+        more: tolerances are no better known.
+        """
         return np.array(
             [
                 np.log1p(max(self.lead, 0.0) / ALIKE) / 3,
                 np.log1p(max(self.rest, 0.0)) / 2,
-                -np.log10(np.clip(1 - self.closed, LEAST_LEFT_OPEN, 1.0)) / 2,
+                -np.log10(np.clip(1 - self.closed, NO_PERCENT, 1.0)) / 2,
                 float(min(self.rivals, 3)),
                 np.log(max(self.motions, 1)),
                 float(self.explained),
@@ -100,13 +96,13 @@ def calibration(path: Path = CALIBRATION_FILE) -> Calibration:
 
 
 def probability(features: CauseFeatures) -> float:
-    """Probability that the group holds the cause."""
+    """Probability that the group holds the cause; a guess, no likelier than not, where nothing could be held out."""
     rule = calibration()
     x = rule.intercept + float(np.dot(rule.weights, features.vector()))
-    p = float(np.clip(1 / (1 + np.exp(-x)), LOWEST, HIGHEST))
+    p = float(np.clip(1 / (1 + np.exp(-x)), LOWEST, 1 - LOWEST))
     if features.rest > LARGE_REST:
-        p = min(p, MOST_BESIDE_REST)
-    return min(p, MOST_OF_ONE_MOTION) if features.motions < 2 else p
+        p = min(p, LIKELY)
+    return min(p, HALF) if features.motions < 2 else p
 
 
 def shared(group: float, scores: Sequence[float]) -> list[float]:

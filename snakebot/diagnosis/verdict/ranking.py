@@ -15,8 +15,7 @@ from snakebot.diagnosis.search.acceptance import gains, touched
 from snakebot.diagnosis.search.search import SearchResult
 from snakebot.diagnosis.verdict.joints import joints_of
 from snakebot.diagnosis.verdict.probability import beside, shared
-
-MOST_RANKED = 12  # explanations that are told; chosen
+from snakebot.diagnosis.verdict.regime import MOST_ROWS
 
 
 def ranked(
@@ -63,7 +62,7 @@ def ranked(
         small = beside(parts[0], best.score(scoring), [entries[h].held_out_score for h in others], 0.5 * rest)
         for h, p in zip(others, small, strict=True):
             entries[h] = entries[h].model_copy(update={"probability": round(p, 3)})
-    return tuple(sorted(entries.values(), key=lambda e: -e.held_out_score))[:MOST_RANKED]
+    return tuple(sorted(entries.values(), key=lambda e: -e.held_out_score))[:MOST_ROWS]
 
 
 def _rms_shown(angles: AngleEvidence, shown: Sequence[int], trial: Trial) -> float:

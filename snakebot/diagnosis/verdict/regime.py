@@ -13,7 +13,7 @@ from snakebot.diagnosis.result import Regime
 
 REVERSAL = 0.15  # share of a joint's fastest motion, below which it is turning round; chosen
 LOAD_AXES = ("load", "angle")  # said beside another axis, the first that is clear
-MOST_GAITS = 12  # gaits of a session, of other frequencies, that are told apart in a table; chosen
+MOST_ROWS = 12  # of a table: explanations, or gaits of other frequencies, that are told apart; chosen
 CLEAR_RATIO = 1.35  # rms in one regime over that in another, from which on it is told; chosen
 
 
@@ -105,7 +105,7 @@ def _axes(columns: dict[str, Floats]) -> list[_Axis]:
     omega = columns.get("omega")
     if omega is not None:
         known = np.unique(np.round(omega[np.isfinite(omega)], 2))
-        if 2 <= known.size <= MOST_GAITS:
+        if 2 <= known.size <= MOST_ROWS:
             edges = 0.5 * (known[1:] + known[:-1])
             values = np.where(np.isfinite(omega), omega, -1e9)
             axes.append(_Axis("gait frequency", values, edges, tuple(f"omega {w:g} rad/s" for w in known)))

@@ -14,11 +14,10 @@ from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.predictor import Predictor
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import Cause, Trace
+from snakebot.diagnosis.result import MOST_TOLD, Cause, Trace
 from snakebot.diagnosis.verdict.budget import specs_by_run
 
 MOST_POINTS = 400  # samples of a trace; chosen
-MOST_RUNS = 3  # traces that are drawn, where causes need no more; chosen
 
 
 def traces(
@@ -50,7 +49,7 @@ def traces(
         out.append(_trace(angles, nominal, best, run, joint, number, others))
     for run, joint in sorted(gap, key=lambda key: (-gap[key], key)):
         motion = angles.data.runs[run].motion
-        if motion in seen or len(out) >= MOST_RUNS:
+        if motion in seen or len(out) >= MOST_TOLD:
             continue
         seen.add(motion)
         out.append(_trace(angles, nominal, best, run, joint, None, None))

@@ -12,7 +12,7 @@ from snakebot.diagnosis import diagnose
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.fit.fit_runs import fit_runs
-from snakebot.diagnosis.fit.fold_fits import FOLD_STEPS
+from snakebot.diagnosis.fit.fold_fits import NEAR_STEPS
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.search.search import only_fitted
@@ -51,7 +51,7 @@ def test_a_limit_that_one_run_reaches_is_absent_where_that_run_is_left_out() -> 
 def test_where_every_fold_sees_a_parameter_its_fit_stands() -> None:
     evidence, trial = tried(bench(1), "rate_limit:limit_rad_s=0.3", Term("rate_limit", None), 0.3)
     for fold in evidence.split.folds:
-        fit = fit_runs(evidence, trial.hypothesis, [trial.theta], fold.fit, FOLD_STEPS)
+        fit = fit_runs(evidence, trial.hypothesis, [trial.theta], fold.fit, NEAR_STEPS)
         assert all(np.array_equal(trial.run_theta[i], fit.theta) for i in fold.score)
 
 

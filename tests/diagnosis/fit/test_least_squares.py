@@ -11,6 +11,8 @@ from snakebot.arrays import Floats
 from snakebot.diagnosis.fit.least_squares import minimise, multi_start, refit
 from snakebot.diagnosis.fit.step import Problem
 
+STEPS = 25  # more than any of these fits takes
+
 
 def test_fit_of_several_units_at_once_finds_each_ones_parameters() -> None:
     x = np.linspace(0, 4, 200)[:, None]
@@ -25,7 +27,7 @@ def test_fit_of_several_units_at_once_finds_each_ones_parameters() -> None:
         residual, np.array([0, 1]), block, np.full(20, 1e-4), np.array([0.01, 0.01]), np.array([10.0, 10.0]),
         np.array([True, False]),
     )  # fmt: skip
-    fit = multi_start(problem, [np.ones((2, 2)), np.full((2, 2), 5.0)])
+    fit = multi_start(problem, [np.ones((2, 2)), np.full((2, 2), 5.0)], 2, STEPS)
     assert fit.theta == pytest.approx(truth, rel=1e-3)
 
 
@@ -37,7 +39,7 @@ def test_a_fit_stays_within_bounds() -> None:
     problem = Problem(
         residual, np.array([0]), block, np.ones(1), np.array([0.0]), np.array([2.0]), np.array([False])
     )
-    assert minimise(problem, np.array([[1.0]])).theta[0, 0] == pytest.approx(2.0)
+    assert minimise(problem, np.array([[1.0]]), STEPS).theta[0, 0] == pytest.approx(2.0)
 
 
 def test_half_or_less_of_a_step_that_failed_is_tried_next() -> None:
@@ -52,7 +54,7 @@ def test_half_or_less_of_a_step_that_failed_is_tried_next() -> None:
     block = np.zeros((10, 1), dtype=np.int64)
     box = (np.array([-10.0]), np.array([100.0]), np.array([False]))
     problem = Problem(residual, np.array([0]), block, np.full(1, 1e6), *box, secant=True)
-    fit = minimise(problem, np.array([[0.0]]), covariance=False)
+    fit = minimise(problem, np.array([[0.0]]), STEPS, covariance=False)
     assert 2.7 < fit.theta[0, 0] < 3.0
     first = next(i for i, theta in enumerate(tried) if theta >= 3.0)
     assert tried[first] == pytest.approx(8.0, rel=0.01)
@@ -70,11 +72,11 @@ def ramp_problem(slope: float, noise: float = 0.0) -> Problem:
 
 def test_a_refit_is_the_minimum_of_what_counts() -> None:
     problem = ramp_problem(2.0, noise=0.5)
-    whole = minimise(problem, np.array([[1.0]])).theta[0]
+    whole = minimise(problem, np.array([[1.0]]), STEPS).theta[0]
     for out in range(4):
         use = problem.block != out
         left = replace(problem, block=np.where(use, problem.block, -1))
-        exact = minimise(left, whole[None]).theta[0]
+        exact = minimise(left, whole[None], STEPS).theta[0]
         (near,) = refit(problem, whole[None], [use])
         assert near.theta[0] == pytest.approx(exact, abs=0.2 * abs(exact - whole)[0] + 1e-6)
 
@@ -122,9 +124,9 @@ def test_no_search_begins_where_what_is_fitted_does_nothing() -> None:
     block = np.zeros((40, 1), dtype=np.int64)
     problem = Problem(residual, np.zeros(1, dtype=np.int64), block, np.ones(1), *box)
     starts = [np.array([[5.0]]), np.array([[0.9]])]
-    assert multi_start(problem, starts, 1).theta[0, 0] == pytest.approx(5.0)
+    assert multi_start(problem, starts, 1, STEPS).theta[0, 0] == pytest.approx(5.0)
     awake = replace(problem, idle=residual(np.array([[np.inf]])))
-    assert multi_start(awake, starts, 1).theta[0, 0] == pytest.approx(1.6, abs=1e-3)
+    assert multi_start(awake, starts, 1, STEPS).theta[0, 0] == pytest.approx(1.6, abs=1e-3)
 
 
 @pytest.mark.parametrize(("stride", "end"), [(0.0, 0.0), (0.02, 0.1)])
@@ -142,7 +144,7 @@ def test_a_parameter_that_acts_by_whole_ticks_is_found_over_a_stride(stride: flo
     block = (np.arange(200) // 20)[:, None]
     box = (np.zeros(1), np.array([0.5]), np.zeros(1, dtype=bool), np.array([stride]))
     problem = Problem(residual, np.zeros(1, dtype=np.int64), block, np.full(10, 1e-6), *box)
-    found = minimise(problem, np.array([[0.011]])).theta[0, 0]
+    found = minimise(problem, np.array([[0.011]]), STEPS).theta[0, 0]
     assert found == pytest.approx(0.011 if stride == 0 else end, abs=0.011 if stride else 1e-9)
 
 
@@ -160,10 +162,10 @@ def test_parameters_that_share_no_column_are_perturbed_together_and_come_out_ali
         residual, np.array([0, 0]), block, np.full(20, 1e-4), np.full(4, 0.01), np.full(4, 10.0),
         np.zeros(4, dtype=bool),
     )  # fmt: skip
-    plain = minimise(problem, np.ones((1, 4)), covariance=False)
+    plain = minimise(problem, np.ones((1, 4)), STEPS, covariance=False)
     alone, calls[0] = calls[0], 0
     touches = np.array([[True, False], [False, True], [True, False], [False, True]])
-    together = minimise(replace(problem, touches=touches), np.ones((1, 4)), covariance=False)
+    together = minimise(replace(problem, touches=touches), np.ones((1, 4)), STEPS, covariance=False)
     assert together.theta == pytest.approx(plain.theta, rel=1e-9)
     assert calls[0] < 0.8 * alone
 
@@ -186,7 +188,7 @@ def test_carried_slopes_lead_to_the_same_end_with_fewer_residuals() -> None:
     ends, needed = [], []
     for problem in (exact, replace(exact, secant=True)):
         calls.clear()
-        ends.append(minimise(problem, np.ones((1, 4))))
+        ends.append(minimise(problem, np.ones((1, 4)), STEPS))
         needed.append(len(calls))
     assert ends[0].theta[0] == pytest.approx(truth, rel=1e-3)
     assert ends[1].theta[0] == pytest.approx(truth, rel=1e-3)

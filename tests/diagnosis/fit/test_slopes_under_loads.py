@@ -67,7 +67,7 @@ def test_a_limit_that_makes_a_joint_yield_has_slopes_of_its_own(evidence: Eviden
 
 def test_few_parameters_beside_a_limit_are_worked_out_exactly(evidence: Evidence) -> None:
     hypothesis = Hypothesis((Term("torque_limit", None), LAGS))
-    assert len(LAG_S) < fit_runs.FEW_SLOPES
+    assert len(LAG_S) < fit_runs.MANY_PARAMETERS
     assert problem_of(evidence, hypothesis, [2.0, *LAG_S])[0].near is None
 
 

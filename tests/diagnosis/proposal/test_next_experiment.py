@@ -17,7 +17,7 @@ from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.proposal.experiment import Proposal, motion_of, propose
-from snakebot.diagnosis.proposal.menu import GAITS, LIFTED, LONG, PROBES, menu
+from snakebot.diagnosis.proposal.menu import CURVED, LIFTED, LONG, PROBES, STRAIGHT, menu
 from snakebot.effects.registry import find_effect
 from snakebot.gait import check_motion, parse_probe
 from snakebot.gait.probe import KINDS
@@ -42,7 +42,7 @@ def proposed(truth: str, rivals: tuple[str, ...], joints: tuple[int, ...], pose:
 def test_the_menu_is_safe_and_whole_and_moves_the_joints_in_question() -> None:
     robot = snake()
     one = menu(robot, [3], loads=True)
-    assert len(one) == len(GAITS) + len(LONG) + len(PROBES) + len(LIFTED)
+    assert len(one) == len(STRAIGHT) + len(CURVED) + len(LONG) + len(PROBES) + len(LIFTED)
     for option in one:
         check_motion(option.motion, robot)
         if option.probe is not None:

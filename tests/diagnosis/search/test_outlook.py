@@ -10,8 +10,9 @@ from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.fit.hypothesis import Term
 from snakebot.diagnosis.fit.trial import Trial, nominal_trial
+from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.candidate import Candidate, added
-from snakebot.diagnosis.search.outlook import SHARE_OF_BEST, promise, promising
+from snakebot.diagnosis.search.outlook import promise, promising
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import find_effect
 
@@ -34,8 +35,8 @@ def test_the_cause_promises_most_also_from_a_start_that_is_off(slow_joint: tuple
     true = promise(evidence, base, of_joint_2(base, "rate_limit", LIMIT_RAD_S))
     off = promise(evidence, base, of_joint_2(base, "rate_limit", 1.3 * LIMIT_RAD_S))
     other = promise(evidence, base, of_joint_2(base, "servo_offset", 0.5))
-    assert 0 < other < SHARE_OF_BEST * true
-    assert off > SHARE_OF_BEST * true
+    assert 0 < other < LITTLE * true
+    assert off > LITTLE * true
 
 
 def test_what_does_nothing_or_the_opposite_promises_nothing(slow_joint: tuple[Evidence, Trial]) -> None:

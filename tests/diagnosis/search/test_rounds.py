@@ -10,9 +10,10 @@ from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import gather
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, nominal_trial, run_trial
+from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.candidate import added
 from snakebot.diagnosis.search.library import usable_effects
-from snakebot.diagnosis.search.outlook import SHARE_OF_BEST, promise
+from snakebot.diagnosis.search.outlook import promise
 from snakebot.diagnosis.search.plainly import by_plainer_effects
 from snakebot.diagnosis.search.rounds import explore
 from snakebot.effects.registry import find_effect
@@ -80,7 +81,7 @@ def test_a_joint_that_gives_way_and_hardly_rubs_is_not_lost_to_friction_before_t
         starts = [np.array(list(s.values())) for s in find_effect(effect).starts(observed, (1,))]
         return promise(evidence, base, added(base, Term(effect, (2,)), starts))
 
-    assert promised("joint_friction") > SHARE_OF_BEST * promised("compliance") > 0
+    assert promised("joint_friction") > LITTLE * promised("compliance") > 0
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from snakebot.diagnosis.evidence.gap import Gap
+from snakebot.diagnosis.result import HALF
 from snakebot.diagnosis.search.acceptance import MOST_LEFT
-from snakebot.diagnosis.verdict.decision import MOST_LEFT_OVER, VerdictFacts, decide
+from snakebot.diagnosis.verdict.decision import VerdictFacts, decide
 from snakebot.diagnosis.verdict.rest import Rest
 
 GAP = Gap(np.array([1e-3]), np.array([True]), np.nan, False)
@@ -42,7 +43,7 @@ def test_a_gap_that_closes_is_explained_and_one_without_an_explanation_is_not() 
         (rest(0.9 * MOST_LEFT), "explained"),
         (rest(1.1 * MOST_LEFT), "partly"),
         (Rest(1.1 * MOST_LEFT, replace(NONE, ground_significant=True)), "partly"),
-        (rest(1.1 * MOST_LEFT_OVER), "unexplained"),
+        (rest(1.1 * HALF), "unexplained"),
         (replace(NO_REST, share=1.0), "explained"),  # within noise and tolerance
     ],
 )
@@ -51,7 +52,7 @@ def test_a_rest_counts_by_its_size_where_it_is_beyond_noise_and_tolerance(left: 
 
 
 def test_what_chance_leaves_over_is_no_reason_to_explain_nothing() -> None:
-    left = replace(FACTS, rest=rest(1.1 * MOST_LEFT_OVER))
+    left = replace(FACTS, rest=rest(1.1 * HALF))
     assert decide(replace(left, in_scatter=True)) == "partly"
     assert decide(replace(left, in_scatter=True, explanation=False)) == "unexplained"
 
@@ -64,9 +65,9 @@ def test_without_a_gap_there_is_none_unless_the_encoders_shake_or_the_floor_hide
 
 
 def test_what_is_left_in_held_out_runs_overrides_all_but_the_scatter() -> None:
-    failing = replace(FACTS, rest_held_out=rest(1.1 * MOST_LEFT_OVER))
+    failing = replace(FACTS, rest_held_out=rest(1.1 * HALF))
     assert decide(failing) == "unexplained"
-    assert decide(replace(failing, rest_held_out=rest(0.9 * MOST_LEFT_OVER))) == "partly"
+    assert decide(replace(failing, rest_held_out=rest(0.9 * HALF))) == "partly"
     assert decide(replace(failing, gap=NONE)) == "unexplained"
     assert decide(replace(failing, gap=NONE, in_scatter_alone=True)) == "explained"
 

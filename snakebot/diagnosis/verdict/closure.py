@@ -26,7 +26,7 @@ from snakebot.effects.spec import EffectSpec
 
 DRAWS = 1000  # of the bootstrap; chosen: 2.5 % quantiles then rest on 25 draws
 NOT_HELD_OUT = (
-    "nothing is held out, for one motion only may be fitted or shows it: before and after are of fitted runs"
+    "no run is held out, for one motion only may be fitted or shows it: before and after are of fitted runs"
 )
 
 

@@ -9,6 +9,7 @@ from blind.scores import (
     calibration_error_beyond_chance,
     confusion,
     figures,
+    names_its_kind,
     power,
     wilson,
 )
@@ -29,7 +30,6 @@ def answer(
     joints: tuple[int, ...] = (),
     *causes: tuple[str, float, tuple[str, ...], dict[str, tuple[float, float, float]]],
     closed: float | None = 0.99,
-    left_rad: float = 0.003,
 ) -> Any:
     return {
         "verdict": verdict,
@@ -43,7 +43,7 @@ def answer(
             }
             for e, p, group, values in causes
         ],
-        "closure": {"joint_angle": {"closed": closed, "rms_after": left_rad}},
+        "closure": {"joint_angle": {"closed": closed}},
     }
 
 
@@ -106,13 +106,19 @@ def test_a_cause_cannot_be_right_when_it_was_left_out() -> None:
 
 def test_another_of_its_kind_will_do_where_it_foretells_as_well() -> None:
     left = label("left_out", ("rate_limit", "servo", [3], {}))
-    for effect, left_rad, right in (
-        ("voltage_sag", 0.0015, 1.0),
-        ("voltage_sag", 0.0025, 0.0),
-        ("servo_lag", 0.0015, 0.0),
-    ):
-        said = answer("explained", "servo", (3,), (effect, 0.95, (), {}), left_rad=left_rad)
-        assert table((left, said))["left_out_alike"].value == right
+    of_its_kind, another = (
+        answer("explained", "servo", (3,), (effect, 0.95, (), {})) for effect in ("voltage_sag", "servo_lag")
+    )
+    assert names_its_kind(left, of_its_kind)
+    assert not names_its_kind(left, another)
+    assert not names_its_kind(left, None)
+    assert not names_its_kind(
+        left, answer("explained", "servo", (3,), ("voltage_sag", 0.3, (), {}))
+    )  # caught
+    assert not names_its_kind(LIMIT, WRONG)
+    for alike, right in ((set[int](), 0.0), ({1}, 1.0)):
+        found = {f.key: f for f in figures([(LIMIT, RIGHT), (left, of_its_kind)], alike=alike)}
+        assert found["left_out_alike"].value == right
     assert table((left, None))["left_out_alike"].value == 0.0
 
 

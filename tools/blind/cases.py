@@ -74,7 +74,9 @@ class Label:
 
 @dataclass(frozen=True)
 class Case:
-    """A robot with what is wrong in it, before it is run; ``rng`` makes the noise of its runs."""
+    """A robot with what is wrong in it, before it is run; ``rng`` makes the noise of its runs, ``sound`` is the same
+    robot with nothing wrong, where that is kept.
+    """
 
     label: Label
     exclude: str | None  # taken out of the library when it is answered; for some a decoy
@@ -82,6 +84,7 @@ class Case:
     build: Build
     parameters: Parameters
     rng: np.random.Generator
+    sound: Parameters | None = None
 
     def runs(self) -> list[Recording]:
         """Once: the motions, and the first one again."""
@@ -165,7 +168,7 @@ def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
             others = [n for n in KNOWN if n not in names]
             exclude = str(rng.choice(others))
     label = Label(stratum, round(asked, 3), effects, floor[0], floor[1], build.joints)
-    return Case(label, exclude, motions, build, faulty, rng)
+    return Case(label, exclude, motions, build, faulty, rng, real)
 
 
 def draw_build(rng: np.random.Generator) -> Build:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import foretelling
 import numpy as np
 import pytest
-from blind import alike
-from blind.alike import case_of, differences_rad, foretells_the_same
 from blind.cases import Case, Effect, Label, make_case
 from blind.faults import FAULTS
 from blind.motions import draw_motions
 from blind.robot import Build, real_robot
+from foretelling import case_of, differences_rad, foretells_the_same
 
 from snakebot.diagnosis.proposal.menu import menu
 from snakebot.robot import load_robot
@@ -23,7 +23,7 @@ SNAKE = load_robot("penn_state")
 @pytest.fixture(autouse=True)
 def short_menu(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two motions of it: each takes the true robot a second."""
-    monkeypatch.setattr(alike, "menu", lambda *given, **options: menu(*given, **options)[-2:])
+    monkeypatch.setattr(foretelling, "menu", lambda *given, **options: menu(*given, **options)[-2:])
 
 
 def case_with(name: str, magnitude: float) -> Case:

@@ -1,4 +1,4 @@
-"""Whether another explanation foretells what the true robot does, where the true effect was taken out of the library.
+"""Whether another explanation foretells what a sealed robot does, where the true effect was taken out of the library.
 
 A healthy robot is off the nominal one by a floor, which is no fault of an explanation: one that takes the place of a
 stated number (another lag) has it in it, one that adds to the robot (an offset) has not. So what was said, on the
@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-
 from blind.cases import DURATION_S, Case, make_case, plan, rms, shares_of, ticks
 from blind.robot import Robot as TrueRobot
+
 from snakebot.arrays import Floats
 from snakebot.diagnosis.proposal.menu import menu
 from snakebot.diagnosis.proposal.separation import RATE_HZ

@@ -13,6 +13,7 @@ from snakebot.effects.effect import Stage
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
+from snakebot.in_words import listed
 
 Joints = tuple[int, ...]  # 1-based
 
@@ -176,6 +177,16 @@ class Hypothesis:
             if what in find_effect(term.effect).covers
             for joints in term.alike
         ]
+
+    @property
+    def in_words(self) -> str:
+        """ "rate_limit on joint 3 and servo_lag"."""
+        parts = []
+        for term in self.terms:
+            joints = () if term.joints is None else term.joints
+            which = f" on joint{'s' * (len(joints) > 1)} {listed(joints)}" if joints else ""
+            parts.append(term.effect + which)
+        return listed(parts)
 
     def __str__(self) -> str:
         def one(term: Term) -> str:

@@ -37,7 +37,6 @@ from snakebot.diagnosis.search.plainly import by_plainer_effects, said_plainly
 from snakebot.diagnosis.search.rivals import rivals
 from snakebot.diagnosis.search.rounds import FOLLOWED_UP, LOOKED_AT, explore, first_looks, held_out, ranked
 from snakebot.diagnosis.search.wear import is_worn, with_wear
-from snakebot.in_words import listed
 
 MOST_EFFECTS = 3  # different effects in an explanation; chosen
 MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, and one more; chosen
@@ -137,7 +136,7 @@ def search(
             best = _elsewhere(evidence, library, best)
         best = by_plainer_effects(evidence, every_effect, nominal, best)
         path[-1] = best
-        progress(f"so far: {_in_short(best.hypothesis)}", 0.4)
+        progress(f"so far: {best.hypothesis.in_words}", 0.4)
         round_ = further(best) if has_room(best) else []
     scoring, tried = evidence.scoring, {hypothesis: seen for hypothesis, (_, seen) in rounds.items()}
     best, without = in_fewest_words(evidence, every_effect, nominal, best)
@@ -162,17 +161,6 @@ def search(
         fits=(nominal, *fits),
         untested=untested,
     )
-
-
-def _in_short(hypothesis: Hypothesis) -> str:
-    """ "rate_limit on joint 3 and servo_lag"."""
-    parts = []
-    for term in hypothesis.terms:
-        which = (
-            "" if term.joints is None else f" on joint{'s' * (len(term.joints) > 1)} {listed(term.joints)}"
-        )
-        parts.append(term.effect + which)
-    return listed(parts)
 
 
 def _winner(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Trial) -> Trial | None:

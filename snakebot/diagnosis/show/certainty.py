@@ -56,7 +56,7 @@ def why(found: Diagnosis) -> str:
     if slow:
         limits.append("the log is slow: set-points between its rows had to be guessed")
     if not runs:
-        limits.append("one motion alone was recorded, so that nothing could be tested on another")
+        limits.append("one motion alone was recorded or shows it, so that nothing could be tested on another")
     if said == "a guess" and tied(found):
         limits.append(tie_sentence(found)[0].lower() + tie_sentence(found)[1:])
     if any("bend" in cause.evidence for cause in found.causes):

@@ -16,7 +16,7 @@ from snakebot.in_words import three
 from snakebot.report import Axis, BarChart, Bars, Column, Note, Page, Section, Table
 from snakebot.runlog import Session
 
-ONE_MOTION = "Only one motion may be fitted: there is no other to test it on."
+ONE_MOTION = "Of runs that it was fitted to: no other motion tests it."
 
 
 def page(session: Session, found: Diagnosis) -> str:

@@ -92,7 +92,7 @@ def _carrier(found: Diagnosis, entry: BudgetEntry) -> str:
 
 
 def _percent(share: float | None) -> str:
-    return "no gap" if share is None else f"{100 * share:.0f}"
+    return "no gap" if share is None else f"{100 * share:z.0f}"
 
 
 def add_ranking(section: Section, found: Diagnosis) -> None:

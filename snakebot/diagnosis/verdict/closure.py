@@ -200,7 +200,9 @@ def speed_closure(
     if e2 <= certain_over_ground(before.size) * max(f2, allowed) or not any(
         gap.ground_significant for gap in gaps
     ):
-        reason = "no gap above what noise, tolerance of friction and mass, and ripple between set-points allow"
+        reason = (
+            "no gap above what noise, tolerance of friction and mass, and ripple between set-points allow"
+        )
     elif not split.scored:
         reason = NOT_HELD_OUT
     else:

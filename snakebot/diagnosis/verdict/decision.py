@@ -104,7 +104,7 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     best = found.nominal if nothing else found.best
     if found.untested and not nothing:
         warnings.append(
-            f"{best.hypothesis} shows in one motion only, so nothing tests it: record another motion like it"
+            f"{best.hypothesis.in_words} shows in one motion only, so nothing tests it: record another like it"
         )
     held_out = held_out_rest(evidence, found.nominal, best)
     if held_out is not None and noise is not None and not held_out.gap.significant.any():

@@ -10,7 +10,7 @@ from snakebot.diagnosis import diagnose
 from snakebot.diagnosis.result import Diagnosis, RankingEntry, RunSpeed
 from snakebot.diagnosis.show.marks import speed_charts, trace_charts
 from snakebot.diagnosis.show.page import page
-from snakebot.diagnosis.show.tables import add_ranking, add_stated
+from snakebot.diagnosis.show.tables import add_budget, add_ranking, add_stated
 from snakebot.report import LineChart, Section, Table
 from snakebot.runlog import Session
 
@@ -101,3 +101,14 @@ def test_a_small_cause_beside_a_large_one_is_shown_where_it_carries_the_gap() ->
     assert shown["backlash"].joint == 1
     assert shown["backlash"].run == "run_03.csv"  # 0.87 rad/s at most: the limit is not met there
     assert len(shown["backlash"].others_rad) == len(shown["backlash"].t_s)
+
+
+def test_a_share_of_next_to_nothing_has_no_sign() -> None:
+    section = Section("shares")
+    found = made("explained", LIMIT)
+    (share,) = found.budget
+    carries = share.model_copy(update={"share": 1.0, "by_joint": (-0.001, None, 0.996)})
+    rest = carries.model_copy(update={"cause": None, "share": 0.0, "by_joint": (1.001, None, 0.004)})
+    add_budget(section, found.model_copy(update={"budget": (carries,), "budget_rest": (rest,)}))
+    by_joint = {row[0]: row[1:] for row in rows_of(section) if row[0].startswith("joint")}
+    assert by_joint == {"joint 1": ["0", "100"], "joint 2": ["no gap", "no gap"], "joint 3": ["100", "0"]}

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from snakebot.diagnosis.evidence.gap import Gap, gap_of, hidden_gap
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.trial import Trial
@@ -102,7 +104,7 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
         warnings.append(f"{why_not} to say anything about the motion over ground")
     nothing = not gap.any and not found.seen_in_scatter
     best = found.nominal if nothing else found.best
-    if found.untested and not nothing:
+    if found.untested and not nothing and not _shows_where_held_out(evidence, found.nominal):
         warnings.append(
             f"{best.hypothesis.in_words} shows in one motion only, so nothing tests it: record another like it"
         )
@@ -149,6 +151,12 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     if held_out is None or decide(replace(facts, rest_held_out=None)) in ("partly", "unexplained"):
         return told
     return _in_held_out_runs(evidence, told, held_out)
+
+
+def _shows_where_held_out(evidence: Evidence, nominal: Trial) -> bool:
+    """Whether there is a gap in the runs that the user holds out: then they test what one fitted motion alone shows."""
+    rows = np.isin(evidence.scoring.run, evidence.split.held_out)
+    return gap_of(evidence.scoring, nominal.held_square, rows).any
 
 
 def _why_no_ground(found: SearchResult, noise: EncoderScatter | None) -> str | None:

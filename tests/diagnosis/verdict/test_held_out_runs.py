@@ -65,3 +65,15 @@ def test_a_held_out_run_without_a_gap_changes_nothing() -> None:
     found = diagnose(session([], ((40, 80, 2.0), (30, 80, 3.0), (20, 80, 1.0))), quick=True)
     assert found.verdict == "no_gap"
     assert not found.warnings
+
+
+def test_a_held_out_run_tests_what_one_fitted_motion_shows() -> None:
+    slow, fast, faster = (5, 80, 1.0), (40, 80, 3.0), (50, 80, 3.5)
+    tested = diagnose(session([LIMIT], (slow, fast, (8, 80, 1.5), faster)), quick=True)
+    untested = diagnose(session([LIMIT], (slow, fast, (8, 80, 1.5), (6, 80, 2.0))), quick=True)
+    for found, said in ((tested, False), (untested, True)):
+        assert [cause.effect for cause in found.causes] == ["rate_limit"]
+        assert any("nothing tests it" in warning for warning in found.warnings) == said
+    assert tested.closure.joint_angle.closed is not None
+    assert tested.closure.joint_angle.closed > 0.95
+    assert untested.closure.joint_angle.closed is None

@@ -128,7 +128,7 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
         rest_held_out=held_out,
     )
     verdict = decide(facts)
-    if verdict == "unexplained" and best.hypothesis.terms and (held_out or rest).share >= 1:
+    if verdict == "unexplained" and best.hypothesis.terms and rest.is_too_much and rest.share >= 1:
         # it takes nothing away on motions that it was not fitted to: it is no cause
         best = found.nominal
         facts = replace(facts, explanation=False, rest=rest_beside(best))

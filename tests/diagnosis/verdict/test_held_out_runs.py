@@ -77,3 +77,13 @@ def test_a_held_out_run_tests_what_one_fitted_motion_shows() -> None:
     assert tested.closure.joint_angle.closed is not None
     assert tested.closure.joint_angle.closed > 0.95
     assert untested.closure.joint_angle.closed is None
+
+
+def test_what_makes_the_held_out_run_worse_keeps_its_name_and_says_where_it_fails() -> None:
+    gaits = ((40, 80, 2.0), (30, 80, 3.0), (20, 80, 1.0), (50, 80, 4.0))
+    less = session(["servo_lag:time_constant_s=0.09"], gaits, ["servo_lag:time_constant_s=0.045"])
+    found = diagnose(less, quick=True, only=["servo_lag"])
+    assert found.verdict == "unexplained"
+    assert [cause.effect for cause in found.causes] == ["servo_lag"]
+    assert found.causes[0].probability <= 0.5
+    assert found.unexplained.where.startswith("in run_04, held out: ")

@@ -18,10 +18,8 @@ from blind.robot import Robot as TrueRobot
 from snakebot.arrays import Floats
 from snakebot.diagnosis.proposal.menu import menu
 from snakebot.diagnosis.proposal.separation import RATE_HZ
-from snakebot.effects.prediction import joint_run
-from snakebot.effects.servo_stage import ServoRun
+from snakebot.effects.prediction import predict
 from snakebot.effects.spec import EffectSpec, parse_effect
-from snakebot.effects.stages import assemble
 from snakebot.robot import Robot
 
 Commands = list[tuple[Floats, Floats]]  # of motions: times (T,), set-points (T, k)
@@ -77,9 +75,8 @@ def _foretold(robot: Robot, said: Sequence[EffectSpec], commands: Commands) -> t
     """(T, k) the same of the nominal robot, with some effects and without."""
 
     def readings(specs: Sequence[EffectSpec]) -> Floats:
-        stages = assemble(robot, specs)
-        made = (ServoRun(t_s, stages.link(t_s, command)) for t_s, command in commands)
-        return np.concatenate([joint_run(stages, run).reading_rad for run in made])
+        made = (predict(robot, specs, t_s, command, body=False, quantise=False) for t_s, command in commands)
+        return np.concatenate([run.encoder_rad for run in made])
 
     return readings(said), readings(())
 

@@ -106,14 +106,12 @@ def test_each_breach_is_seen(name: str) -> None:
     assert name in {breach.invariant for breach in breaches(answer)}
 
 
+BEYOND = {"rms_before_within_tolerance": 1.25, "rms_within_tolerance": 0.35, "closed_beyond_tolerance": 0.96}
+
+
 def test_what_no_tolerance_accounts_for_may_be_the_half_that_is_closed() -> None:
     answer = sound()
-    beyond = {
-        "rms_before_within_tolerance": 1.25,
-        "rms_within_tolerance": 0.35,
-        "closed_beyond_tolerance": 0.96,
-    }
-    answer["closure"]["joint_angle"] |= {"closed": 0.3, **beyond}
+    answer["closure"]["joint_angle"] |= {"closed": 0.3, **BEYOND}
     assert "explained_closes_half" not in {breach.invariant for breach in breaches(answer)}
     answer["verdict"] = "partly"
     assert "explained_closes_half" in {breach.invariant for breach in breaches(answer)}
@@ -121,12 +119,7 @@ def test_what_no_tolerance_accounts_for_may_be_the_half_that_is_closed() -> None
 
 def test_closure_beyond_tolerance_is_what_it_says() -> None:
     answer = sound()
-    beyond = {
-        "rms_before_within_tolerance": 1.25,
-        "rms_within_tolerance": 0.35,
-        "closed_beyond_tolerance": 0.96,
-    }
-    answer["closure"]["joint_angle"] |= beyond
+    answer["closure"]["joint_angle"] |= BEYOND
     assert breaches(answer) == []
     answer["closure"]["joint_angle"]["closed_beyond_tolerance"] = 0.5
     assert "closure_is_what_it_says" in {breach.invariant for breach in breaches(answer)}

@@ -11,7 +11,7 @@ import numpy as np
 from snakebot.arrays import Floats, Ints
 from snakebot.errors import BadInputError
 from snakebot.physics import kernel, rosenbrock
-from snakebot.physics.compiled import jit
+from snakebot.physics.compiled import in_place
 from snakebot.physics.kernel import FREE, PRESCRIBED, TORQUE
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
 
@@ -162,7 +162,7 @@ class Chain:
         return np.stack((self._work[first], self._work[second]), axis=1)
 
 
-@jit
+@in_place
 def _online_step(
     links: Any, slope: float, eps: float, h: float, kind: Any, base: Any, phi: Any, dphi: Any, phi_end: Any,
     dphi_end: Any, torque_in: Any, work: Any, stage: Any, torque_out: Any, power: Any,

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from snakebot.physics.compiled import jit
+from snakebot.physics.compiled import in_place
 from snakebot.physics.lanes import at_most, magnitude, power_of_two
 
 _ROUND = 1.5 * 2.0**52  # adding and taking it off again rounds to an integer
@@ -28,7 +28,7 @@ C1, C2, C3, C4, C5, C6, C7, C8, C9, C10 = _C[1:]
 E1, E2, E3, E4, E5, E6, E7, E8, E9, E10, E11, E12 = _E[1:]
 
 
-@jit
+@in_place
 def sine_cosine(x: Any) -> Any:
     """(sin x, cos x), to 2e-16 for |x| up to 1e5."""
     shifted = x * _ONE_OVER_PI + _ROUND
@@ -45,7 +45,7 @@ def sine_cosine(x: Any) -> Any:
     return sign * s, sign * c
 
 
-@jit
+@in_place
 def sign_over_speed(v: Any, inverse_eps: Any) -> Any:
     """tanh(v/eps)/v, finite at 0: the regularised sign as a coefficient of the speed."""
     speed = magnitude(v) + _TINY

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from snakebot.physics.compiled import jit
+from snakebot.physics.compiled import in_place
 from snakebot.physics.elementary import sign_over_speed, sine_cosine
 
 # Rows of ChainModel.packed, (8, n).
@@ -37,7 +37,7 @@ PRESCRIBED, TORQUE, FREE = 0, 1, 2
 WORK_ROWS = 35  # as many as there are names below
 
 
-@jit
+@in_place
 def first_angle(psi: Any, phi: Any, n: int) -> Any:
     """Angle of link 1 from the mean link angle."""
     total = 0.0
@@ -46,7 +46,7 @@ def first_angle(psi: Any, phi: Any, n: int) -> Any:
     return psi - total / n
 
 
-@jit
+@in_place
 def kinematics(links: Any, base: Any, phi: Any, dphi: Any, acc: Any, work: Any) -> None:
     """Link directions, positions and velocities about the centre of mass, and accelerations not due to unknowns.
 
@@ -118,7 +118,7 @@ def kinematics(links: Any, base: Any, phi: Any, dphi: Any, acc: Any, work: Any) 
         work[BY, i] -= by
 
 
-@jit
+@in_place
 def generalised_to_links(links: Any, k: Any, kphi: Any, work: Any) -> None:
     """Link accelerations J k of generalised accelerations: k of (w_x, w_y, psi), and kphi (n-1,)."""
     n = links.shape[1]
@@ -149,7 +149,7 @@ def generalised_to_links(links: Any, k: Any, kphi: Any, work: Any) -> None:
         work[GY, i] += y
 
 
-@jit
+@in_place
 def solve(
     links: Any, slope_force: float, eps: Any, gh: Any, time_sign: float, memory: float,
     kind: Any, torque: Any, damping: Any, work: Any, k: Any, kphi: Any,
@@ -330,7 +330,7 @@ def solve(
     k[2] = ma / n
 
 
-@jit
+@in_place
 def dissipation(n: int, work: Any) -> Any:
     """Power that the links lose to the ground, W, at the state of the last ``solve``."""
     lost = 0.0

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from snakebot.physics.compiled import jit
+from snakebot.physics.compiled import in_place
 from snakebot.physics.kernel import (
     PRESCRIBED,
     UU,
@@ -25,7 +25,7 @@ STAGE_ROWS = 18  # of the scratch; 7 to 13 are for the caller of ``step``
 GAMMA = 1.0 - 1.0 / math.sqrt(2.0)
 
 
-@jit
+@in_place
 def step(
     links: Any, slope_force: float, eps: Any, h: Any, kind: Any, base: Any, phi: Any, dphi: Any,
     acc: Any, phi_end: Any, dphi_end: Any, acc_end: Any, torque: Any, stiffness: Any, damping: Any,
@@ -104,7 +104,6 @@ def step(
         power[0] += 0.5 * work[UU, j + 1] * dphi[j]
 
 
-@jit
 def workspace(links: int) -> tuple[Any, Any]:
     """Scratch of one chain: ``work`` and ``stage``."""
     return np.zeros((WORK_ROWS, links)), np.zeros((STAGE_ROWS, max(6, links)))

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from snakebot.physics.compiled import jit
+from snakebot.physics.compiled import in_place
 from snakebot.physics.servo_layout import (
     ARM_COULOMB_NM,
     ARM_DOWN_RAD,
@@ -64,7 +64,7 @@ from snakebot.physics.servo_loop import loop_step, loop_swing
 LOWEST_RATE_SHARE = 0.02  # a sagging rate limit never quite reaches zero
 
 
-@jit
+@in_place
 def servo_step(state: Any, params: Any, setpoint: Any, load_nm: Any, t: float, dt: float) -> None:
     """Move all joints on by ``dt``, in place.
 
@@ -80,7 +80,7 @@ def servo_step(state: Any, params: Any, setpoint: Any, load_nm: Any, t: float, d
         _joint_step(state[j], params[j], setpoint[int(params[j, SOURCE])], load_nm[j], t, dt)
 
 
-@jit
+@in_place
 def is_free(params: Any, setpoint: Any, j: int) -> bool:
     """Whether joint ``j`` swings without torque: broken, or without a set-point."""
     if params[j, LOCKED] == RIGID_JOINT:
@@ -88,7 +88,7 @@ def is_free(params: Any, setpoint: Any, j: int) -> bool:
     return params[j, LOCKED] == FREE_JOINT or math.isnan(setpoint[int(params[j, SOURCE])])
 
 
-@jit
+@in_place
 def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: float) -> None:
     before = s[OUTPUT]
     if p[LOCKED] == RIGID_JOINT:
@@ -138,7 +138,7 @@ def _joint_step(s: Any, p: Any, setpoint: float, load_in: float, t: float, dt: f
     s[OUTPUT_RATE] = (s[OUTPUT] - before) / dt
 
 
-@jit
+@in_place
 def _wake(s: Any, p: Any, load: float) -> None:
     """A servo that is switched on starts from where its joint is, bearing what hangs on it."""
     s[POWERED] = 1.0
@@ -152,7 +152,7 @@ def _wake(s: Any, p: Any, load: float) -> None:
     s[SMOOTH_RATE] = s[OUTPUT_RATE]
 
 
-@jit
+@in_place
 def play(output: float, centre: float, half_width: float) -> float:
     """The play operator: the output stays where it is unless the centre pulls or pushes it along."""
     if output < centre - half_width:
@@ -162,7 +162,7 @@ def play(output: float, centre: float, half_width: float) -> float:
     return output
 
 
-@jit
+@in_place
 def _motor(
     x: float, v: float, p: Any, target: float, load: float, t: float, dt: float
 ) -> tuple[float, float]:
@@ -182,7 +182,7 @@ def _motor(
     return new, (new - x) / dt
 
 
-@jit
+@in_place
 def falling_limit(limit: float, per_s: float, per_nm: float, opposing: float, t: float) -> float:
     """A rate limit after ``t`` seconds, against a load of ``opposing`` N m."""
     if limit < math.inf and (per_s != 0.0 or per_nm != 0.0):
@@ -190,7 +190,7 @@ def falling_limit(limit: float, per_s: float, per_nm: float, opposing: float, t:
     return limit
 
 
-@jit
+@in_place
 def goal_of(x: float, target: float, band: float, hard: bool) -> tuple[float, bool]:
     """Where the motor is driven to, and whether it is not driven: within its dead band."""
     error = target - x
@@ -199,7 +199,7 @@ def goal_of(x: float, target: float, band: float, hard: bool) -> tuple[float, bo
     return target - math.copysign(0.0 if hard else band, error), False
 
 
-@jit
+@in_place
 def first_order(
     x: float, target: float, band: float, hard: bool, tau: float, limit: float, dt: float
 ) -> float:
@@ -211,7 +211,7 @@ def first_order(
     return goal - left
 
 
-@jit
+@in_place
 def _decay(distance: float, tau: float, limit: float, dt: float) -> float:
     """What is left of a distance that a first-order lag with a rate limit runs down, exact for any ``dt``."""
     far = abs(distance)
@@ -227,7 +227,7 @@ def _decay(distance: float, tau: float, limit: float, dt: float) -> float:
     return 0.0
 
 
-@jit
+@in_place
 def _second_order(
     x: float, v: float, goal: float, idle: bool, wn: float, zeta: float, limit: float, dt: float
 ) -> tuple[float, float]:
@@ -262,7 +262,7 @@ def _second_order(
     return new_x, new_v
 
 
-@jit
+@in_place
 def _limit_torque(s: Any, p: Any, start: float, motor_rate: float, load: float, dt: float) -> None:
     """Hold a motor with an arm back to what its torque allows: load, and inertia times acceleration."""
     limit, inertia = p[TORQUE_LIMIT_NM], p[ARM_INERTIA_KG_M2]
@@ -273,7 +273,7 @@ def _limit_torque(s: Any, p: Any, start: float, motor_rate: float, load: float, 
         s[MOTOR] = start + s[MOTOR_RATE] * dt
 
 
-@jit
+@in_place
 def _swing(s: Any, p: Any, dt: float) -> None:
     """An unpowered joint with an arm: a pendulum with friction, semi-implicit; dry friction can only stop it."""
     v = s[OUTPUT_RATE]

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from snakebot.arrays import Floats
 from snakebot.physics import rosenbrock
 from snakebot.physics import servo_layout as layout
-from snakebot.physics.compiled import jit
+from snakebot.physics.compiled import in_place
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2
 from snakebot.physics.servo import is_free, servo_step
 from snakebot.physics.servo_grip import GRIP_COLUMNS, GRIP_SCRATCH_ROWS, SMOOTHING_S, follow, grips_of
@@ -217,7 +217,7 @@ def plain(array: Floats | None) -> Floats:
     return plain
 
 
-@jit
+@in_place
 def _run(
     clock: Any, t0: float, grid: float, fine: bool, state: Any, params: Any, setpoint: Any, load: Any,
     t_out: Any, switch_t: Any, switch_u: Any, since: float,
@@ -236,7 +236,8 @@ def _run(
         while True:
             now = clock[0]
             while coming < switch_t.size and switch_t[coming] <= now + TIME_GRAIN_S:
-                setpoint[:] = switch_u[coming]
+                for j in range(k):
+                    setpoint[j] = switch_u[coming, j]
                 coming += 1
             if t_out[row] <= now + TIME_GRAIN_S:
                 break
@@ -252,7 +253,8 @@ def _run(
                     ticks += 1
                     follow(links, slope, eps, grips, kind, base, phi, dphi, torque, power, work, stage, scratch,
                             until - since, grid, state, params, setpoint, load)  # fmt: skip
-                    out_power[row] += power
+                    for a in range(power.size):
+                        out_power[row, a] += power[a]
                     for j in range(k):
                         out_torque[row, j] += torque[j]
                         load[j] += smooth * (torque[j] - load[j])
@@ -264,11 +266,13 @@ def _run(
         if has_body:
             _carry_on(base, out_base[row])
             if ticks > 0:
-                out_torque[row] /= ticks
-                out_power[row] /= ticks
+                for j in range(k):
+                    out_torque[row, j] /= ticks
+                for a in range(power.size):
+                    out_power[row, a] /= ticks
 
 
-@jit
+@in_place
 def end_of_step(sample: float, switch_t: Any, coming: int, mark: float) -> tuple[float, bool]:
     """The first of the next sample, the next set-point and the next mark of the grid, and whether it is the mark."""
     until = sample
@@ -277,7 +281,7 @@ def end_of_step(sample: float, switch_t: Any, coming: int, mark: float) -> tuple
     return (mark, True) if mark <= until + TIME_GRAIN_S else (until, False)
 
 
-@jit
+@in_place
 def _carry_on(base: Any, out: Any) -> None:
     """The chain follows its servos late by the delay of the smoothing: carry its pose on to the time of the angles."""
     for a in range(3):
@@ -285,7 +289,7 @@ def _carry_on(base: Any, out: Any) -> None:
         out[a + 3] = base[a + 3]
 
 
-@jit
+@in_place
 def interpolate(t: Any, values: Any, now: float, at: int, out: Any) -> int:
     """``values`` (T, k) at the time ``now`` into ``out`` (k,), looked for from row ``at``; the row to go on from."""
     while at < t.size - 2 and t[at + 1] < now:

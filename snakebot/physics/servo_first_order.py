@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from snakebot.physics.compiled import jit
+from snakebot.physics.compiled import in_place
 from snakebot.physics.servo import falling_limit, first_order, goal_of, play
 from snakebot.physics.servo_chain import end_of_step
 from snakebot.physics.servo_layout import (
@@ -36,7 +36,7 @@ from snakebot.physics.servo_layout import (
 )
 
 
-@jit
+@in_place
 def is_first_order(p: Any) -> bool:
     """Whether a servo (``servo_layout``'s row) is one of these."""
     return bool(
@@ -49,7 +49,7 @@ def is_first_order(p: Any) -> bool:
     )
 
 
-@jit
+@in_place
 def run_first_order(
     p: Any, angle: float, held: float, grid: float, late: float, t: Any, load_t: Any, switch_t: Any, switch_u: Any,
     out: Any, out_load: Any,

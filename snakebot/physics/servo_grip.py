@@ -22,7 +22,7 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.physics import rosenbrock
 from snakebot.physics import servo_layout as layout
-from snakebot.physics.compiled import jit
+from snakebot.physics.compiled import in_place
 from snakebot.physics.inertia import felt_inertia_kg_m2
 from snakebot.physics.kernel import FREE, PRESCRIBED, TORQUE
 from snakebot.physics.servo import is_free
@@ -105,7 +105,7 @@ def grips_of(params: Floats, model: ChainModel) -> Floats:
     return np.stack(columns, axis=1)
 
 
-@jit
+@in_place
 def follow(
     links: Any, slope: float, eps: float, grips: Any, kind: Any, base: Any, phi: Any, dphi: Any, torque: Any,
     power: Any, work: Any, stage: Any, scratch: Any, t: float, h: float, state: Any, params: Any, setpoint: Any,
@@ -176,21 +176,21 @@ def follow(
             state[j, HELD_BACK] = phi[j] - state[j, SMOOTH]
 
 
-@jit
+@in_place
 def _springy(grip: Any, row: Any) -> bool:
     """Whether there is a spring between this joint and its motor."""
     spring: bool = grip[STIFFNESS] > 0.0 and row[LOCKED] == DRIVEN
     return spring
 
 
-@jit
+@in_place
 def _keeps_up(grip: Any) -> bool:
     """Whether nothing but a limit can hold this joint back."""
     nothing_else: bool = grip[STIFF] > 0.0 and grip[COULOMB] == 0.0
     return nothing_else
 
 
-@jit
+@in_place
 def _strong(grip: Any, was: int, demand: float, twist: float, slip: float, rate: float, t: float) -> bool:
     """Whether a joint goes where its motor goes: one that did, until it takes more torque than there is; one that was
     held back, when it has caught up.
@@ -201,7 +201,7 @@ def _strong(grip: Any, was: int, demand: float, twist: float, slip: float, rate:
     return (was == PRESCRIBED or near) and _overdrawn(grip, demand, rate, t)[0] == 0.0
 
 
-@jit
+@in_place
 def _overdrawn(grip: Any, demand: float, rate: float, t: float) -> tuple[float, float, float]:
     """Whether more torque is asked for than the motor has at this speed (the sign of it, or 0), and what it has then:
     torque at rest, less a drag for each rad/s.
@@ -217,7 +217,7 @@ def _overdrawn(grip: Any, demand: float, rate: float, t: float) -> tuple[float, 
     return 0.0, 0.0, 0.0
 
 
-@jit
+@in_place
 def _try_step(
     links: Any, slope: float, eps: float, grips: Any, kind: Any, base: Any, phi: Any, dphi: Any, torque: Any,
     power: Any, work: Any, stage: Any, scratch: Any, h: float, state: Any,
@@ -258,7 +258,7 @@ def _try_step(
     )  # fmt: skip
 
 
-@jit
+@in_place
 def _overtaxed(grips: Any, kind: Any, torque: Any, scratch: Any, t: float) -> bool:
     """Whether the step just tried took more of a motor than it has, or pulled at gears that can but push; ``scratch``
     is put right. Beside dry friction the motor's own part of the torque is not known: the next step sees to it.
@@ -280,7 +280,7 @@ def _overtaxed(grips: Any, kind: Any, torque: Any, scratch: Any, t: float) -> bo
     return wrong
 
 
-@jit
+@in_place
 def _overshoots(grips: Any, kind: Any, phi: Any, dphi: Any, scratch: Any, state: Any, t: float) -> bool:
     """Whether a motor that pulled with all it has, through the step just tried, carried its joint so far that it would
     pull as hard the other way at the end of it; ``scratch`` is put right: a spring, which is implicit, ends in between.
@@ -304,7 +304,7 @@ def _overshoots(grips: Any, kind: Any, phi: Any, dphi: Any, scratch: Any, state:
     return wrong
 
 
-@jit
+@in_place
 def _slips(grips: Any, kind: Any, dphi: Any, scratch: Any) -> bool:
     """Whether the step just tried was wrong about a joint that sticks or slides; ``scratch`` is put right."""
     wrong = False

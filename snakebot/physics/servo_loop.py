@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from snakebot.physics.compiled import jit
+from snakebot.physics.compiled import in_place
 from snakebot.physics.servo_layout import (
     ARM_DOWN_RAD,
     ARM_GRAVITY_NM,
@@ -44,7 +44,7 @@ LEAST_INERTIA_KG_M2 = 1e-7  # of a joint: that of a bare rotor of a gram, withou
 PARTS = 3  # stretches of a step: until the joint rests, until it rests again, and to the end
 
 
-@jit
+@in_place
 def loop_step(x: float, v: float, p: Any, target: float, load: float, dt: float) -> tuple[float, float]:
     """Angle and rate after ``dt`` under power; ``load``: torque on the joint beside that of its arm."""
     error = target - x
@@ -56,13 +56,13 @@ def loop_step(x: float, v: float, p: Any, target: float, load: float, dt: float)
     return x, min(max(v, -limit), limit)
 
 
-@jit
+@in_place
 def loop_swing(x: float, v: float, p: Any, load: float, dt: float) -> tuple[float, float]:
     """The same without power: gravity and friction alone."""
     return _move(x, v, p, x, 0.0, 0.0, load, dt)
 
 
-@jit
+@in_place
 def _move(
     x: float, v: float, p: Any, target: float, stiffness: float, damping: float, load: float, dt: float
 ) -> tuple[float, float]:
@@ -102,7 +102,7 @@ def _move(
     return x, v
 
 
-@jit
+@in_place
 def _glide(
     x: float, v: float, net: float, spring: float, drag: float, inertia: float, dt: float
 ) -> tuple[float, float]:

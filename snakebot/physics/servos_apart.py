@@ -14,7 +14,7 @@ import numpy as np
 
 from snakebot.arrays import Floats, Ints
 from snakebot.physics import servo_layout as layout
-from snakebot.physics.compiled import jit
+from snakebot.physics.compiled import in_place
 from snakebot.physics.servo import is_free, servo_step
 from snakebot.physics.servo_chain import end_of_step, interpolate, plain
 from snakebot.physics.servo_first_order import is_first_order, run_first_order
@@ -61,43 +61,46 @@ def run_apart(
             [np.full((t.size, k), np.nan) if a is None else a for t, a in zip(t_s, known_rad, strict=True)]
         )
     angle, felt = np.full((ends[-1], k), np.nan), np.full((ends[-1], k), np.nan)
+    longest = max(t.size for t in t_s)
     _run_apart(
         plain(params), layout.state_at_rest(angle_rad.ravel()).reshape(-1, k, STATES),
         layout.holding_setpoint_rad(params, angle_rad), layout.fine_joints(params), joints,
         ends, plain(np.concatenate(t_s)), np.cumsum([t.size for t in switch_s]), plain(np.concatenate(switch_s)),
         plain(np.concatenate(setpoint_rad)), grid_s, np.zeros(k) if late_s is None else plain(late_s),
-        _NO_ROWS if load_nm is None else plain(np.concatenate(load_nm)), plain(known), angle, felt,
+        _NO_ROWS if load_nm is None else plain(np.concatenate(load_nm)), plain(known), np.zeros((1, PARAMETERS)),
+        np.zeros((1, STATES)), np.zeros((2, 1)), np.zeros(longest), np.zeros((longest, 1)), angle, felt,
     )  # fmt: skip
     return np.split(angle, ends[:-1]), np.split(felt, ends[:-1])
 
 
-@jit
+@in_place
 def _run_apart(
     params: Any, states: Any, holding: Any, fine: Any, joints: Any, ends: Any, t_all: Any, switch_ends: Any,
-    switch_t_all: Any, switch_u_all: Any, grid: float, late: Any, load_given: Any, known: Any, out_angle: Any,
-    out_load: Any,
+    switch_t_all: Any, switch_u_all: Any, grid: float, late: Any, load_given: Any, known: Any, p: Any, s: Any,
+    felt: Any, times: Any, torques: Any, out_angle: Any, out_load: Any,
 ) -> None:  # fmt: skip
-    p, s = np.empty((1, PARAMETERS)), np.empty((1, STATES))
-    setpoint, load = np.empty(1), np.empty(1)
+    """``p``, ``s``, ``felt``, ``times`` and ``torques`` are scratch, of one joint in one run."""
+    setpoint, load = felt[0], felt[1]
     loaded = load_given.shape[0] > 0
     first, first_switch = 0, 0
     for run in range(ends.size):
         t_out = t_all[first : ends[run]]
         switch_t = switch_t_all[first_switch : switch_ends[run]]
         switch_u = switch_u_all[first_switch : switch_ends[run]]
-        torque = np.empty((t_out.size if loaded else 0, 1))
-        own_t = np.empty(t_out.size)
+        torque = torques[: t_out.size if loaded else 0]
+        own_t = times[: t_out.size]
         for j in joints:
             source = int(params[j, SOURCE])
             wanted = switch_u[:, source]
-            if is_first_order(params[j]) and not np.isnan(wanted).any():
+            if is_first_order(params[j]) and not _any_is_nan(wanted):
                 run_first_order(
                     params[j], states[run, j, OUTPUT], holding[run, source], grid if fine[j] else math.inf,
                     late[source], t_out, load_given[first : ends[run], j] if loaded else _NO_LOAD, switch_t, wanted,
                     out_angle[first : ends[run], j], out_load[first : ends[run], j],
                 )  # fmt: skip
                 continue
-            p[0], s[0] = params[j], states[run, j]
+            _copy(params[j], p[0])
+            _copy(states[run, j], s[0])
             p[0, SOURCE] = 0.0
             setpoint[0], load[0] = holding[run, source], 0.0
             for row in range(t_out.size):
@@ -126,3 +129,17 @@ def _run_apart(
                 out_angle[first + row, j] = s[0, OUTPUT]
                 out_load[first + row, j] = load[0]
         first, first_switch = ends[run], switch_ends[run]
+
+
+@in_place
+def _any_is_nan(values: Any) -> bool:
+    found = False
+    for value in values:
+        found = found or math.isnan(value)
+    return found
+
+
+@in_place
+def _copy(source: Any, target: Any) -> None:
+    for i in range(target.size):
+        target[i] = source[i]

@@ -148,13 +148,14 @@ def _without_uninformed(
         shared = hypothesis.touches(evidence.data.joints)[:, near].any(axis=1) & ~body
         only &= ~stay & (shared | (body & (far & body).any()))
     if not given and simulator.always_needs_body(hypothesis.specs(start)):
-        steps = FEWEST_STEPS
+        # Each slope takes a body: what those runs say of the others is known from the fit near by.
+        only, steps = far, FEWEST_STEPS
     found = fit_runs(evidence, hypothesis, [start], fold.fit, steps, only=only, loads_of=of_all_runs).theta
     if given:
         # Those torques are of another motion: with a play that the load takes up they may lead anywhere.
         before, after = (_cost(evidence, hypothesis, theta, fold.fit) for theta in (start, found))
         if after > before:
-            return fit_runs(evidence, hypothesis, [start], fold.fit, FEWEST_STEPS, only=~absent).theta
+            return fit_runs(evidence, hypothesis, [start], fold.fit, FEWEST_STEPS, only=far).theta
     return found
 
 

@@ -17,12 +17,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from blind.scores import LOW_PROBABILITY, Answer, Label, both_named, first_cause, group, names_it
+from blind.cases import SEVERAL
+from blind.scores import LOW_PROBABILITY, Answer, Label, all_named, first_cause, group, names_it
 from blind.worn_scores import dominant_named
 
 Kind = Literal["right", "no answer", "not detectable", "not found", "not weighed"]
 KINDS: tuple[Kind, ...] = ("right", "no answer", "not detectable", "not found", "not weighed")
-ASKED = ("single", "pair", "worn")  # strata whose effects the library holds
+ASKED = ("single", *SEVERAL, "worn")  # strata whose effects the library holds
 LOWER = 0.98  # of the other's error after, from which an error is lower
 OPENED_SETS = ("tune", "calibrate")
 OPENED_BELOW = 5  # seeds of the other sets that were opened by a report
@@ -62,8 +63,8 @@ def right(label: Label, answer: Answer | None) -> bool:
     """Whether an answer names what it must."""
     if label["stratum"] == "worn":
         return dominant_named(label, answer)
-    if label["stratum"] == "pair":
-        return both_named(label, answer)
+    if label["stratum"] in SEVERAL:
+        return all_named(label, answer)
     return names_it(label, answer)
 
 

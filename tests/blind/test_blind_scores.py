@@ -52,6 +52,12 @@ RIGHT = answer("explained", "servo", (3,), ("rate_limit", 1.0, (), {"limit_rad_s
 WRONG = answer("explained", "link", (1, 2, 3, 4, 5), ("command_delay", 0.9, (), {}), closed=0.5)
 QUIET = label("no_gap")
 UNKNOWN = label("unknown", ("gear_eccentricity", "servo", [2], {}))
+TRIPLE = label(
+    "triple",
+    ("rate_limit", "servo", [3], {}),
+    ("encoder_offset", "sensor", [1], {}),
+    ("servo_lag", "servo", [2], {}),
+)
 PAIR = label("pair", ("rate_limit", "servo", [3], {}), ("encoder_offset", "sensor", [1], {}))
 
 
@@ -79,6 +85,23 @@ def test_a_wrong_answerer_misses_them() -> None:
         assert found[key].met is False, key
     assert found["false_alarms"].value == 1.0
     assert found["brier"].value == pytest.approx((3 * 0.81 + 0.0) / 4)
+
+
+def test_of_three_causes_all_must_be_among_the_first_three() -> None:
+    three = [("servo_lag", 0.9, (), {}), ("rate_limit", 0.8, (), {}), ("encoder_offset", 0.7, (), {})]
+    for said, value in ((three, 1.0), ([*three[:2], ("backlash", 0.7, (), {})], 0.0), (three[:2], 0.0)):
+        found = table((TRIPLE, answer("explained", "servo", (1, 2, 3), *said)))
+        assert found["triples"].value == value
+        assert found["pairs"].value is None
+
+
+def test_of_several_causes_only_those_count_that_are_detectable() -> None:
+    missed = answer("explained", "servo", (1, 2, 3), ("servo_lag", 0.9, (), {}))
+    all_three = [("servo_lag", 0.9, (), {}), ("rate_limit", 0.8, (), {}), ("encoder_offset", 0.7, (), {})]
+    told = answer("explained", "servo", (1, 2, 3), *all_three)
+    by_told = {f.key: f for f in figures([(TRIPLE, missed)], told={0: told})}
+    assert (by_told["triples_detectable"].value, by_told["triples_detectable"].cases) == (0.0, 1)
+    assert {f.key: f for f in figures([(TRIPLE, missed)], told={0: missed})}["triples_detectable"].cases == 0
 
 
 def test_a_group_counts_as_one_but_not_as_exact() -> None:

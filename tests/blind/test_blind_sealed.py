@@ -3,7 +3,7 @@
 import re
 import subprocess
 import sys
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -123,6 +123,14 @@ def test_every_effect_and_stratum_is_met_in_a_full_set() -> None:
     assert {name for stratum, names in planned for name in names if stratum == "left_out"} == set(KNOWN)
     pairs = [names for stratum, names in planned if stratum == "pair"]
     assert all(go_together(*names) for names in pairs)
+
+
+def test_robots_of_a_set_of_triples_have_three_effects_that_go_together() -> None:
+    for number in range(20):
+        stratum, names = plan(number, 20, np.random.default_rng(number), shares_of("triple"))
+        assert stratum == "triple"
+        assert len(set(names)) == 3
+        assert all(go_together(*two) for two in combinations(names, 2))
 
 
 def test_effects_that_undo_each_other_are_not_put_into_one_robot() -> None:

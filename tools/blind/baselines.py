@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from blind.scores import PLAIN, Answer, Label, Pair, both_named, first_cause, names_it, size, unexplained
+from blind.scores import PLAIN, Answer, Label, Pair, all_named, first_cause, names_it, size, unexplained
 
 Named = list[str]  # effects that a baseline names, the largest first; empty: no gap
 CRITERIA: dict[str, Callable[[Mapping[str, Any]], float]] = {
@@ -88,7 +88,7 @@ def _whole(label: Label, answer: Answer | None) -> bool:
     if label["stratum"] == "unknown":
         return unexplained(answer)
     if len(label["effects"]) > 1:
-        return both_named(label, answer)
+        return all_named(label, answer)
     return names_it(label, answer)
 
 

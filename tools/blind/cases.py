@@ -28,6 +28,7 @@ SETS: dict[str, tuple[int, tuple[float, ...]]] = {
     "calibrate": (200_000_000, (1.9, 4.2, 13.0)),
     "score": (300_000_000, (1.5, 3.0, 10.0)),
     "reduced": (400_000_000, (3.6, 5.0, 8.0)),  # for a test of the suite: large enough to be named
+    "triple": (600_000_000, (3.3, 5.5, 9.0)),
     "worn": (500_000_000, (0.5,)),  # see ``worn``: a dominant fault has half of the gap or more
 }
 PER_SET = 1_000_000
@@ -41,6 +42,7 @@ DURATION_S = 10.0
 MOTIONS = 5
 OTHER_ROBOTS = 3  # whose floor counts beside that of the case's own
 PROBE_S = 5.0  # length of the runs that set the size of an effect
+SEVERAL = {"pair": 2, "triple": 3}  # strata of robots with as many effects
 # Shares of the strata. The rest are single effects.
 STRATA = {"no_gap": 0.3, "unknown": 0.1, "pair": 0.1, "left_out": 0.1}
 STRATA_TO_SCORE = {**STRATA, "no_gap": 0.34}  # a hundred of 300, to see false alarms of two per cent
@@ -102,8 +104,8 @@ def ticks(build: Build, duration_s: float) -> Floats:
 
 def shares_of(set_name: str) -> dict[str, float]:
     """Shares of the strata in a set."""
-    if set_name == "worn":
-        return {"worn": 1.0}
+    if set_name in ("worn", "triple"):
+        return {set_name: 1.0}
     return STRATA_TO_SCORE if set_name == "score" else STRATA
 
 
@@ -127,8 +129,10 @@ def plan(
     if stratum == "left_out":
         return stratum, (KNOWN[(7 * number + 1) % len(KNOWN)],)
     names = [n for n in KNOWN if FAULTS[n].scaled and n != "encoder_noise"]
-    first = str(rng.choice(names))
-    return stratum, (first, str(rng.choice([n for n in names if go_together(first, n)])))
+    chosen = [str(rng.choice(names))]
+    while len(chosen) < SEVERAL[stratum]:
+        chosen.append(str(rng.choice([n for n in names if all(go_together(c, n) for c in chosen)])))
+    return stratum, tuple(chosen)
 
 
 def _size_index(number: int, cases: int, rng: np.random.Generator, shares: Mapping[str, float]) -> int:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from blind.cases import SEVERAL
 from blind.worn_kinds import kind_of
 from blind.worn_scores import LEAST, dominant_named, share_errors
 
@@ -115,28 +116,30 @@ def size(label: Label) -> float:
     return min((e["size"] for e in label["effects"]), default=0.0)
 
 
-def both_named(label: Label, answer: Answer | None) -> bool:
+def all_named(label: Label, answer: Answer | None) -> bool:
+    """Whether the first causes, as many as there are effects, are the effects, in any order."""
     if answer is None:
         return False
-    named: set[str] = set().union(*(group(c) for c in answer["causes"][: len(label["effects"])]))
-    return len(answer["causes"]) >= 2 and all(e["name"] in named for e in label["effects"])
+    count = len(label["effects"])
+    named: set[str] = set().union(*(group(c) for c in answer["causes"][:count]))
+    return len(answer["causes"]) >= count and all(e["name"] in named for e in label["effects"])
 
 
-def plain_pair(label: Label) -> bool:
-    """Two effects, each large enough to count."""
-    return label["stratum"] == "pair" and size(label) >= PLAIN
+def plain_several(label: Label) -> bool:
+    """Several effects, each large enough to count."""
+    return label["stratum"] in SEVERAL and size(label) >= PLAIN
 
 
-def both_named_where_detectable(pairs: Sequence[Pair], told: dict[int, Answer]) -> list[bool]:
-    """Of pairs whose parts are each detectable: both are named, or they are by one who was told both effects (answers
-    by index in ``pairs``).
+def all_named_where_detectable(pairs: Sequence[Pair], told: dict[int, Answer], stratum: str) -> list[bool]:
+    """Of robots of a stratum with several effects, each of them detectable: all are named, or they are by one who was
+    told them (answers by index in ``pairs``).
     """
     found = []
     for i, (label, answer) in enumerate(pairs):
-        if not plain_pair(label):
+        if label["stratum"] != stratum or not plain_several(label):
             continue
-        named = both_named(label, answer)
-        if named or both_named(label, told.get(i)):
+        named = all_named(label, answer)
+        if named or all_named(label, told.get(i)):
             found.append(named)
     return found
 
@@ -239,19 +242,20 @@ def figures(
     alike: Set[int] = frozenset(),
 ) -> list[Figure]:
     """All lines of the table. By index in ``pairs``: ``oracle``: closure reached by the one who knows the effect;
-    ``told``: what he says who is told the two effects of a pair that was missed; ``alike``: of those where another of
-    the kind of an effect that was left out is named, those in which it foretells the same.
+    ``told``: what he says who is told the effects of a case of several that was missed; ``alike``: of those where
+    another of the kind of an effect that was left out is named, those in which it foretells the same.
     """
 
     def of(stratum: str, least: float = 0.0) -> list[Pair]:
         return [(lab, a) for lab, a in pairs if lab["stratum"] == stratum and size(lab) >= least]
 
     plain, quiet = of("single", PLAIN), of("no_gap")
-    unknown, left_out, two = of("unknown", PLAIN), of("left_out", PLAIN), of("pair", PLAIN)
+    unknown, left_out = of("unknown", PLAIN), of("left_out", PLAIN)
+    two, three = of("pair", PLAIN), of("triple", PLAIN)
     resolved = [(lab, a) for lab, a in plain if (c := first_cause(a)) and not c["indistinguishable_from"]]
     moving = [(lab, a) for lab, a in plain if lab["effects"][0]["stage"] != "body"]
     grounded = [(lab, a) for lab, a in plain if lab["effects"][0]["stage"] == "body"]
-    errors, covered = parameter_errors([*plain, *two])
+    errors, covered = parameter_errors([*plain, *two, *three])
     e = np.array(errors)
     p, right = probabilities(pairs)
     angles = np.array([v for lab, a in moving if (v := closed(lab, a)) is not None])
@@ -264,9 +268,12 @@ def figures(
         ),
         share("stage", "stage right, single >= 3x", ">= 98 %", 0.98, None, [stage_right(*x) for x in plain]),
         share("joints", "joints right, single >= 3x", ">= 98 %", 0.98, None, [joints_right(*x) for x in moving]),
-        share("pairs", "both causes of a pair >= 3x", ">= 75 %", 0.75, None, [both_named(*x) for x in two]),
+        share("pairs", "both causes of a pair >= 3x", ">= 75 %", 0.75, None, [all_named(*x) for x in two]),
         share("pairs_detectable", "the same where both are detectable", ">= 80 %", 0.8, None,
-              [] if told is None else both_named_where_detectable(pairs, told)),
+              [] if told is None else all_named_where_detectable(pairs, told, "pair")),
+        share("triples", "all causes of a triple >= 3x", ">= 60 %", 0.6, None, [all_named(*x) for x in three]),
+        share("triples_detectable", "the same where all are detectable", ">= 60 %", 0.6, None,
+              [] if told is None else all_named_where_detectable(pairs, told, "triple")),
         _statistic("error_median", "parameter error, median", "<= 5 %", 0.05, [e], lambda x: float(np.median(x))),
         _statistic(
             "error_p90", "parameter error, 90th percentile", "<= 15 %", 0.15, [e], lambda x: float(np.quantile(x, 0.9))

@@ -47,14 +47,18 @@ def fit(evidence: Sequence[CauseFeatures], right: Sequence[bool]) -> tuple[float
 
 
 def write(
-    command: str, seed: int, cases: int, evidence: Sequence[CauseFeatures], right: Sequence[bool]
+    command: str,
+    first_seeds: Sequence[int],
+    cases: int,
+    evidence: Sequence[CauseFeatures],
+    right: Sequence[bool],
 ) -> None:
     """Write ``calibration.json`` into the package."""
     intercept, weights = fit(evidence, right)
     data = {
         "schema": SCHEMA,
         "command": command,
-        "first_seed": seed,
+        "first_seeds": list(first_seeds),
         "cases": cases,
         "causes": len(evidence),
         "features": list(FEATURES),

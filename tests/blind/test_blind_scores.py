@@ -88,7 +88,11 @@ def test_a_wrong_answerer_misses_them() -> None:
 
 
 def test_of_three_causes_all_must_be_among_the_first_three() -> None:
-    three = [("servo_lag", 0.9, (), {}), ("rate_limit", 0.8, (), {}), ("encoder_offset", 0.7, (), {})]
+    three: list[Any] = [
+        ("servo_lag", 0.9, (), {}),
+        ("rate_limit", 0.8, (), {}),
+        ("encoder_offset", 0.7, (), {}),
+    ]
     for said, value in ((three, 1.0), ([*three[:2], ("backlash", 0.7, (), {})], 0.0), (three[:2], 0.0)):
         found = table((TRIPLE, answer("explained", "servo", (1, 2, 3), *said)))
         assert found["triples"].value == value
@@ -97,7 +101,11 @@ def test_of_three_causes_all_must_be_among_the_first_three() -> None:
 
 def test_of_several_causes_only_those_count_that_are_detectable() -> None:
     missed = answer("explained", "servo", (1, 2, 3), ("servo_lag", 0.9, (), {}))
-    all_three = [("servo_lag", 0.9, (), {}), ("rate_limit", 0.8, (), {}), ("encoder_offset", 0.7, (), {})]
+    all_three: list[Any] = [
+        ("servo_lag", 0.9, (), {}),
+        ("rate_limit", 0.8, (), {}),
+        ("encoder_offset", 0.7, (), {}),
+    ]
     told = answer("explained", "servo", (1, 2, 3), *all_three)
     by_told = {f.key: f for f in figures([(TRIPLE, missed)], told={0: told})}
     assert (by_told["triples_detectable"].value, by_told["triples_detectable"].cases) == (0.0, 1)

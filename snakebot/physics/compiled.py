@@ -42,10 +42,14 @@ jit = njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 # The same for what makes no array of its own: it does not count who holds the arrays that it is given. numba counts
 # each slice of an array that goes from function to function, by an atomic instruction; of a chain that follows its
 # servos that took three fifths of the time. What makes an array even so does not compile.
+# Sums in any order: several of their terms are added at once.
 if TYPE_CHECKING:
-    in_place = jit  # the option is one that numba's types leave out
+    in_place = in_place_in_any_order = jit  # the option is one that numba's types leave out
 else:
     in_place = njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy", _nrt=False)
+    in_place_in_any_order = njit(
+        cache=True, nogil=True, fastmath=FAST | {"reassoc"}, error_model="numpy", _nrt=False
+    )
 
 
 class _Compiling(event.Listener):

@@ -11,9 +11,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
-from snakebot.physics.compiled import FAST, jit
+from snakebot.arrays import Floats
+from snakebot.physics.compiled import in_place, in_place_in_any_order
 from snakebot.physics.elementary import sign_over_speed, sine_cosine
 from snakebot.physics.kernel import CN, CN0, CR, CT, CT0, HALF, INERTIA, MASS, first_angle
 from snakebot.physics.rosenbrock import GAMMA
@@ -31,11 +31,8 @@ SHAPE_SUMS = 3
 ALONG, ACROSS, ACC_ALONG, ACC_ACROSS, RUB_ALONG, RUB_ACROSS = range(6)
 LINK_ROWS = 6
 
-# Sums over links may be taken in any order, so that several links are done at once.
-_sums = njit(cache=True, nogil=True, fastmath=FAST | {"reassoc"}, error_model="numpy")
 
-
-@jit
+@in_place
 def _hermite(u: float, h: float, a: Any, b: Any, da: Any, db: Any, phi: Any, dphi: Any, acc: Any) -> None:
     for j in range(a.size):
         step = b[j] - a[j]
@@ -46,7 +43,7 @@ def _hermite(u: float, h: float, a: Any, b: Any, da: Any, db: Any, phi: Any, dph
         acc[j] = (2 * c2 + 6 * u * c3) / (h * h)
 
 
-@_sums
+@in_place_in_any_order
 def _shape(links: Any, phi: Any, dphi: Any, acc: Any, shape: Any, sums: Any) -> None:
     """Fill a shape: the kinematics of ``kernel`` for a centre of mass and a mean link angle that stay zero.
 
@@ -116,15 +113,15 @@ def _shape(links: Any, phi: Any, dphi: Any, acc: Any, shape: Any, sums: Any) -> 
     sums[INERTIA_ALL], sums[MOMENT], sums[CHANGE] = inertia, moment, change
 
 
-@_sums
+@in_place_in_any_order
 def _solve(
-    links: Any, rubs: Any, slope: Any, eps: float, gh: float, time_sign: float, memory: Any, shape: Any, sums: Any,
-    speed: Any, own: Any, k: Any,
+    links: Any, rubs_along: bool, rubs_across: bool, slope: Any, eps: float, gh: float, time_sign: float,
+    memory: Any, shape: Any, sums: Any, speed: Any, own: Any, k: Any,
 ) -> None:  # fmt: skip
     """Solve (M + gh K) k = forces for the three unknowns, in the axes of the shape.
 
     Args:
-        rubs: whether any link has Coulomb friction along, and across.
+        rubs_along, rubs_across: whether any link has Coulomb friction that way.
         slope: (2,) gravity along the slope over mass, m/s^2, against which the links move.
         gh, time_sign: as for ``kernel.solve``.
         memory: (3,) acceleration of an earlier stage; M times it is taken off the forces.
@@ -151,10 +148,10 @@ def _solve(
         own[ACC_ACROSS, i] = shape[BN, i] + 2.0 * w * vt - w * w * rn
         own[RUB_ALONG, i] = links[CT, i]
         own[RUB_ACROSS, i] = links[CN, i]
-    if rubs[0]:
+    if rubs_along:
         for i in range(n):
             own[RUB_ALONG, i] += links[CT0, i] * sign_over_speed(own[ALONG, i], inverse_eps)
-    if rubs[1]:
+    if rubs_across:
         for i in range(n):
             own[RUB_ACROSS, i] += links[CN0, i] * sign_over_speed(own[ACROSS, i], inverse_eps)
     total = hx = hy = ha = 0.0
@@ -195,7 +192,7 @@ def _solve(
     k[0] = (hx - ixy * k[1] - ixa * k[2]) * inv
 
 
-@jit
+@in_place
 def _add_torques(
     links: Any, slope: Any, gh: float, time_sign: float, memory: Any, shape: Any, speed: Any, own: Any, k: Any,
     share: float, rate: Any, torque: Any, power: Any,
@@ -221,10 +218,10 @@ def _add_torques(
         power[0] += share * moment * rate[i - 1]
 
 
-@jit
+@in_place
 def impose(
     links: Any, slope: float, eps: float, t: Any, angle: Any, rate: Any, max_step: float, base: Any, forces: bool,
-    torque: Any, power: Any,
+    torque: Any, power: Any, joints: Any, shape: Any, sums: Any, own: Any, planar: Any, state: Any,
 ) -> None:  # fmt: skip
     """Impose joint angles ``angle`` (T, n-1) with their rates, at times ``t`` (T,); the rest follows.
 
@@ -233,20 +230,17 @@ def impose(
         base: (T, 6) centre of mass, mean link angle, and their rates; the first row is given, the others come out.
         forces: whether the next two are wanted.
         torque: (T, n-1), power: (T, 2), zeros; come out as means over the time since the sample before.
+        joints, shape, sums, own, planar, state: see ``scratch``.
     """
     n = links.shape[1]
-    state = base[0].copy()
-    rubs = np.array([links[CT0].max() > 0.0, links[CN0].max() > 0.0])
-    phi, dphi, acc = np.zeros(n - 1), np.zeros(n - 1), np.zeros(n - 1)
-    shape, sums, own = np.zeros((SHAPE_ROWS, n)), np.zeros(SHAPE_SUMS), np.zeros((LINK_ROWS, n))
-    down, speed, k1, k2, memory, nothing = (
-        np.zeros(2),
-        np.zeros(3),
-        np.zeros(3),
-        np.zeros(3),
-        np.zeros(3),
-        np.zeros(3),
-    )
+    rubs_along = rubs_across = False
+    for link in range(n):
+        rubs_along = rubs_along or links[CT0, link] > 0.0
+        rubs_across = rubs_across or links[CN0, link] > 0.0
+    phi, dphi, acc = joints[0], joints[1], joints[2]
+    down, speed, k1, k2, memory, nothing = planar[0], planar[1], planar[2], planar[3], planar[4], planar[5]
+    for a in range(6):
+        state[a] = base[0, a]
     for i in range(1, t.size):
         span = t[i] - t[i - 1]
         parts = math.ceil(span / max_step * (1 - 1e-9))
@@ -260,7 +254,7 @@ def impose(
             speed[0] = cosine * state[3] + sine * state[4]
             speed[1] = cosine * state[4] - sine * state[3]
             speed[2] = state[5]
-            _solve(links, rubs, down, eps, gh, 1.0, nothing, shape, sums, speed, own, k1)
+            _solve(links, rubs_along, rubs_across, down, eps, gh, 1.0, nothing, shape, sums, speed, own, k1)
             if forces:
                 _add_torques(
                     links, down, gh, 1.0, nothing, shape, speed, own, k1, 0.5 / parts, dphi, torque[i], power[i]
@@ -284,7 +278,7 @@ def impose(
             u = (part + 1) / parts
             _hermite(u, span, angle[i - 1], angle[i], rate[i - 1], rate[i], phi, dphi, acc)
             _shape(links, phi, dphi, acc, shape, sums)
-            _solve(links, rubs, down, eps, gh, -1.0, memory, shape, sums, speed, own, k2)
+            _solve(links, rubs_along, rubs_across, down, eps, gh, -1.0, memory, shape, sums, speed, own, k2)
             if forces:
                 _add_torques(
                     links, down, gh, -1.0, memory, shape, speed, own, k2, 0.5 / parts, dphi, torque[i], power[i]
@@ -296,6 +290,21 @@ def impose(
             state[3] += h * (1.5 * x1 + 0.5 * x2)
             state[4] += h * (1.5 * y1 + 0.5 * y2)
             state[5] += h * (1.5 * k1[2] + 0.5 * k2[2])
-        base[i] = state
-    power[0] = power[1]
-    torque[0] = torque[1]
+        for a in range(6):
+            base[i, a] = state[a]
+    for a in range(2):
+        power[0, a] = power[1, a]
+    for joint in range(n - 1):
+        torque[0, joint] = torque[1, joint]
+
+
+def scratch(links: int) -> tuple[Floats, ...]:
+    """What ``impose`` writes on as it goes, for a chain of so many links; zeros at first."""
+    return (
+        np.zeros((3, links - 1)),
+        np.zeros((SHAPE_ROWS, links)),
+        np.zeros(SHAPE_SUMS),
+        np.zeros((LINK_ROWS, links)),
+        np.zeros((6, 3)),
+        np.zeros(6),
+    )

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from snakebot.arrays import Floats
 from snakebot.errors import BadInputError
-from snakebot.physics.imposed import impose
+from snakebot.physics.imposed import impose, scratch
 from snakebot.physics.model import STANDARD_GRAVITY_M_S2, ChainModel
 
 MAX_STEP_S = 5e-3  # of the chain (tests/physics/test_physics_convergence.py)
@@ -122,7 +122,10 @@ def _imposed(
     base, torque, power = np.zeros((t.size, 6)), np.zeros(angle.shape), np.zeros((t.size, 2))
     base[0, :3] = start
     slope = STANDARD_GRAVITY_M_S2 * math.sin(model.slope_rad)
-    impose(model.packed, slope, model.eps, t, angle, rate, max_step_s, base, forces, torque, power)
+    impose(
+        model.packed, slope, model.eps, t, angle, rate, max_step_s, base, forces, torque, power,
+        *scratch(model.links),
+    )  # fmt: skip
     return base, torque, power
 
 

@@ -18,7 +18,15 @@ from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.candidate import Candidate, start_values
 from snakebot.diagnosis.search.candidates import candidates, kinds
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.search.rounds import HELD_OUT, MANY_TERMS, called_for, first_looks, held_out, ranked
+from snakebot.diagnosis.search.rounds import (
+    HELD_OUT,
+    MANY_TERMS,
+    Round,
+    called_for,
+    first_looks,
+    held_out,
+    ranked,
+)
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import find_effect
 
@@ -30,7 +38,7 @@ def rivals(
     library: Library,
     best: Trial,
     singles: Sequence[Trial],
-    tried: Mapping[Hypothesis, Sequence[Trial]],
+    rounds: Mapping[Hypothesis, Round],
     fits: Sequence[Trial],
     without: Sequence[Trial],
     progress: ProgressCallback,
@@ -40,7 +48,7 @@ def rivals(
 
     Args:
         singles: trials of single effects; the rivals of an effect that is the only one.
-        tried: fits of every effect on top of some explanations; where the rest of ``best`` is one of them, they do.
+        rounds: what was tried on top of some explanations; where the rest of ``best`` is one of them, that will do.
         fits: every single effect: those that came nearest are fitted otherwise.
         without: ``best`` without each of its terms; empty: as yet unknown.
     """
@@ -53,7 +61,7 @@ def rivals(
         progress(f"rivals of {term.effect}", 0.8 + 0.2 * index / len(best.hypothesis.terms))
         base = without[index] if without else None
         others = nearest.get(term.effect, likely)
-        out.append(_of_term(evidence, library, best, index, singles, tried, others, base))
+        out.append(_of_term(evidence, library, best, index, singles, rounds, others, base))
         nearest.setdefault(term.effect, _added(out[-1]) or likely)
     return tuple(out)
 
@@ -64,7 +72,7 @@ def _of_term(
     best: Trial,
     index: int,
     singles: Sequence[Trial],
-    tried: Mapping[Hypothesis, Sequence[Trial]],
+    rounds: Mapping[Hypothesis, Round],
     likely: Sequence[Effect],
     base: Trial | None,
 ) -> tuple[Trial, ...]:
@@ -91,12 +99,13 @@ def _of_term(
     def rival(name: str, stage: str) -> bool:
         return name not in best.hypothesis.names and (stage == "body") == (term.stage == "body")
 
+    round_ = rounds.get(rest)
     fits = [
         fit
-        for fit in tried.get(rest, ())
+        for fit in (round_.fits if round_ else ())
         if rival(fit.hypothesis.terms[-1].effect, fit.hypothesis.terms[-1].stage)
     ]
-    if rest not in tried:
+    if round_ is None:
         if base is None:
             base = run_trial(evidence, rest, [best.hypothesis.rest(best.theta, index)], cross=False)
         near = evidence.beside(base.specs)
@@ -104,7 +113,11 @@ def _of_term(
         made = in_parallel(partial(candidates, near, library, base), wanted)
         fits += first_looks(near, list(chain.from_iterable(made)), base)
     fits.sort(key=lambda t: -t.fitted_score(evidence.scoring))
-    return tuple(ranked(evidence.scoring, held_out(evidence, fits[:HELD_OUT], ahead=best)))
+    known = round_.held(evidence) if round_ else {}
+    first = fits[:HELD_OUT]
+    held = [known[fit.hypothesis] for fit in first if fit.hypothesis in known]
+    held += held_out(evidence, [fit for fit in first if fit.hypothesis not in known], ahead=best)
+    return tuple(ranked(evidence.scoring, held))
 
 
 def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -> list[Candidate]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,14 +41,24 @@ FOLLOWED_UP = 2  # fits, the first of some, that are gone after where the best m
 MANY_TERMS = 3
 
 
-def explore(
-    evidence: Evidence, library: Library, base: Trial, progress: ProgressCallback
-) -> tuple[list[Trial], list[Trial]]:
-    """Trials of each effect on top of ``base``, best first by held-out score, and all fits, held out or not."""
+class Round(NamedTuple):
+    """What was tried on top of an explanation: ``trials``, held out, best first; and all ``fits``, held out or not."""
+
+    evidence: Evidence
+    trials: Sequence[Trial] = ()
+    fits: Sequence[Trial] = ()
+
+    def held(self, evidence: Evidence) -> dict[Hypothesis, Trial]:
+        """Its trials by what they say, if they were made with this evidence."""
+        return {t.hypothesis: t for t in self.trials} if evidence is self.evidence else {}
+
+
+def explore(evidence: Evidence, library: Library, base: Trial, progress: ProgressCallback) -> Round:
+    """Each effect on top of ``base``."""
     scoring, first = evidence.scoring, evidence.beside(base.specs)
     wanted = called_for(evidence, base, library.effects)
     if not wanted:
-        return [], []
+        return Round(evidence)
 
     def tell(count: int) -> None:
         progress(f"trying {wanted[count - 1].name}", 0.6 * count / len(wanted))
@@ -60,7 +71,7 @@ def explore(
     reached = [scoring.gain(t.fitted_square, base.fitted_square).mean for t in fits]
     order = np.argsort(reached, kind="stable")[::-1]
     if order.size == 0:
-        return [], []
+        return Round(evidence)
     near = [i for i in order if reached[i] >= (1 - NEARLY) * reached[order[0]]]
     # On top of many effects with which the body is simulated, each takes long.
     fewest = 1 if _says_much(base) and evidence.predictor.simulator.needs_body(base.specs) else HELD_OUT
@@ -76,7 +87,7 @@ def explore(
     says_no_more = {look for look, fit in both_held if not gains(lead(scoring, held[look], held[fit]))}
     trials = [t for t in trials if t.hypothesis not in says_no_more]
     progress("", 1.0)
-    return trials, fits
+    return Round(evidence, trials, fits)
 
 
 def _leave_least(

@@ -35,7 +35,15 @@ from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.pairs import pairs
 from snakebot.diagnosis.search.plainly import by_plainer_effects, said_plainly
 from snakebot.diagnosis.search.rivals import rivals
-from snakebot.diagnosis.search.rounds import FOLLOWED_UP, LOOKED_AT, explore, first_looks, held_out, ranked
+from snakebot.diagnosis.search.rounds import (
+    FOLLOWED_UP,
+    LOOKED_AT,
+    Round,
+    explore,
+    first_looks,
+    held_out,
+    ranked,
+)
 from snakebot.diagnosis.search.wear import is_worn, with_wear
 
 MOST_EFFECTS = 3  # different effects in an explanation; chosen
@@ -86,8 +94,9 @@ def search(
     progress: ProgressCallback = lambda text, share: None,
 ) -> SearchResult:
     """Find the explanation of the gap that ``nominal`` leaves; ``quick``: of two effects at most."""
-    singles, fits = explore(evidence, library, nominal, lambda text, share: progress(text, 0.4 * share))
-    rounds, every_effect = {nominal.hypothesis: (singles, fits)}, library
+    first = explore(evidence, library, nominal, lambda text, share: progress(text, 0.4 * share))
+    singles, fits = first.trials, first.fits
+    rounds, every_effect = {nominal.hypothesis: first}, library
     path, best, round_ = [nominal], nominal, singles
     limit, most_terms = 2 if quick else MOST_EFFECTS, MOST_TERMS
     worn: Trial | None = None
@@ -96,10 +105,10 @@ def search(
     def has_room(trial: Trial) -> bool:
         return len(trial.hypothesis.names) < limit and len(trial.hypothesis.terms) < most_terms
 
-    def further(trial: Trial) -> list[Trial]:
+    def further(trial: Trial) -> Sequence[Trial]:
         if trial.hypothesis not in rounds:
             rounds[trial.hypothesis] = _explored(evidence, library, trial, nominal, progress)
-        return rounds[trial.hypothesis][0]
+        return rounds[trial.hypothesis].trials
 
     while True:
         winner = _winner(evidence.scoring, round_, best, nominal) if has_room(best) else None
@@ -138,11 +147,10 @@ def search(
         path[-1] = best
         progress(f"so far: {best.hypothesis.in_words}", 0.4)
         round_ = further(best) if has_room(best) else []
-    scoring, tried = evidence.scoring, {hypothesis: seen for hypothesis, (_, seen) in rounds.items()}
     best, without = in_fewest_words(evidence, every_effect, nominal, best)
     untested = False
-    if not closes_half(scoring, best, nominal):
-        found = only_fitted(scoring, nominal, singles)
+    if not closes_half(evidence.scoring, best, nominal):
+        found = only_fitted(evidence.scoring, nominal, singles)
         untested = bool(found.hypothesis.terms)
         if untested:
             # nothing is held out now: what else was tried is compared by its fit as well
@@ -155,7 +163,7 @@ def search(
         nominal,
         best,
         singles=tuple(singles),
-        rivals=rivals(evidence, every_effect, best, singles, tried, fits, without, progress),
+        rivals=rivals(evidence, every_effect, best, singles, rounds, fits, without, progress),
         path=tuple(path),
         without=without,
         fits=(nominal, *fits),
@@ -185,10 +193,10 @@ def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: T
 
 def _explored(
     evidence: Evidence, library: Library, base: Trial, nominal: Trial, progress: ProgressCallback
-) -> tuple[list[Trial], list[Trial]]:
+) -> Round:
     """``explore`` on top of an explanation; nothing, where what that leaves is too little to search."""
     if closed_enough(evidence.scoring, base, nominal):
-        return [], []
+        return Round(evidence)
     return explore(evidence, library, base, _part(progress, str(base.hypothesis), len(base.hypothesis.terms)))
 
 

@@ -23,7 +23,7 @@ def found_together(robot: Robot, effects: Sequence[str]) -> list[Trial]:
     evidence = gather(prepare(make_session(robot, effects, gaits=GAITS)))
     nominal = nominal_trial(evidence)
     library = usable_effects(evidence.data, over_ground=False)
-    _, fits = explore(evidence, library, nominal, lambda text, share: None)
+    fits = explore(evidence, library, nominal, lambda text, share: None).fits
     return pairs(evidence, nominal, fits, nominal)
 
 

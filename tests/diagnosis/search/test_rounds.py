@@ -24,7 +24,7 @@ pytestmark = pytest.mark.slow
 def explored(effect: str) -> list[Trial]:
     evidence = gather(prepare(make_session(snake(), [effect])))
     library = usable_effects(evidence.data, over_ground=False)
-    return explore(evidence, library, nominal_trial(evidence), lambda text, share: None)[0]
+    return list(explore(evidence, library, nominal_trial(evidence), lambda text, share: None).trials)
 
 
 def named(trials: list[Trial], effect: str) -> list[Trial]:
@@ -53,7 +53,7 @@ def test_what_takes_most_of_the_gap_away_is_held_out_though_its_score_is_low() -
     library = usable_effects(evidence.data, over_ground=False)
     loose = Hypothesis((Term("backlash", None, (("loaded", 1.0),)),))
     base = run_trial(evidence, loose, [np.array([2.0])])
-    trials = explore(evidence, library, base, lambda text, share: None)[0]
+    trials = explore(evidence, library, base, lambda text, share: None).trials
     assert any(t.hypothesis.terms[-1] == Term("compliance", (2,)) for t in trials)
 
 

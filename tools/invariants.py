@@ -14,7 +14,7 @@ import json
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from math import isclose, sqrt
+from math import inf, isclose, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +68,15 @@ def _parts(answer: Answer) -> dict[str, dict[str, Any]]:
 
 
 def _closed(answer: Answer) -> list[float]:
-    return [part["closed"] for part in _parts(answer).values() if part["closed"] is not None]
+    """Every closure that is told: of joint angles, forward speed and the whole motion over ground; where all is said to
+    be explained, also of what no tolerance of the stated numbers accounts for.
+    """
+    closure = answer["closure"]
+    told = [part["closed"] for part in _parts(answer).values()]
+    told.append((closure.get("ground") or {}).get("closed"))
+    if answer["verdict"] == "explained":
+        told.append((closure.get("joint_angle") or {}).get("closed_beyond_tolerance"))
+    return [closed for closed in told if closed is not None]
 
 
 def _of_scatter(answer: Answer) -> bool:
@@ -97,12 +105,19 @@ def no_cause_without_held_out_closure(answer: Answer) -> Iterator[str]:
 
 
 def the_whole_closes_most(answer: Answer) -> Iterator[str]:
-    """All effects together close what any part of them closes. One by one they need not: some help only together."""
-    for key in ("joint_angle_closed", "forward_speed_closed"):
-        steps = [step[key] for step in answer["closure"].get("steps", ()) if step[key] is not None]
-        most = max([0.0, *steps[:-1]])
-        if steps and steps[-1] < most - UNDONE:
-            yield f"{key}: {steps[-1]:.3f} in all, {most:.3f} before"
+    """All effects together close what any part of them closes, as far as can be told: of the joint angles what no
+    tolerance accounts for, if that is told. One by one they need not: some help only together.
+    """
+    closure = answer["closure"]
+    for key, name in (("joint_angle_closed", "joint_angle"), ("forward_speed_closed", "forward_speed")):
+        beyond = f"{key}_beyond_tolerance"
+        steps = closure.get("steps", ())
+        told = beyond if steps and steps[-1].get(beyond) is not None else key
+        found = [step[told] for step in steps if step.get(told) is not None]
+        most = max([0.0, *found[:-1]])
+        interval = (closure.get(name) or {}).get("ci95") if told == key else None
+        if found and most > max(found[-1] + UNDONE, interval[1] if interval else -inf):
+            yield f"{told}: {found[-1]:.3f} in all, {most:.3f} before"
 
 
 def closure_is_what_it_says(answer: Answer) -> Iterator[str]:
@@ -162,8 +177,6 @@ def explained_closes_half(answer: Answer) -> Iterator[str]:
     Where nothing beyond tolerance is left, that is half of what no tolerance of the stated numbers accounts for.
     """
     closed = _closed(answer)
-    if answer["verdict"] == "explained" and closed:
-        closed.append((answer["closure"]["joint_angle"] or {}).get("closed_beyond_tolerance") or 0.0)
     if answer["verdict"] in ("explained", "partly") and closed and max(closed) < HALF:
         yield f"{answer['verdict']}, closed {max(closed):.2f}"
 

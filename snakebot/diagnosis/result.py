@@ -197,12 +197,22 @@ class SpeedClosure(_Part):
     reason: str | None = None
 
 
+class GroundClosure(_Part):
+    """The same for the motion over ground as a whole, forward, sideways and turning within a cycle, each against what
+    noise and tolerance allow of it: of the gap beyond those, on which the verdict rests.
+    """
+
+    closed: float
+    ci95: ConfidenceInterval | None = None
+
+
 class ClosureStep(_Part):
     """Closure of the joint angle after this effect was added to the ones before it."""
 
     effect: str
     joints: PerJoint
     joint_angle_closed: float | None
+    joint_angle_closed_beyond_tolerance: float | None = None
     forward_speed_closed: float | None
 
 
@@ -210,6 +220,7 @@ class Closure(_Part):
     held_out_runs: tuple[str, ...]
     joint_angle: AngleClosure
     forward_speed: SpeedClosure | None
+    ground: GroundClosure | None = None
     by_joint: tuple[JointClosure, ...] = ()
     steps: tuple[ClosureStep, ...] = ()
 
@@ -352,6 +363,9 @@ class Diagnosis(_Part):
                 del data["closure"]["forward_speed"]["rms_measured"]
             for name in ("rms_before_within_tolerance", "rms_within_tolerance", "closed_beyond_tolerance"):
                 del data["closure"]["joint_angle"][name]
+            for step in data["closure"]["steps"]:
+                del step["joint_angle_closed_beyond_tolerance"]
+            del data["closure"]["ground"]
             del data["closure"]["by_joint"], data["where"]["stages"], data["where"]["stages_in_words"]
             for entry in data["ranking"]:
                 del entry["parameters"], entry["rms_after"], entry["worse_in"]

@@ -181,6 +181,7 @@ def test_one_motion_over_ground_has_no_closure_of_speed() -> None:
     assert speed.closed is None
     assert speed.reason is not None
     assert "no run is held out" in speed.reason
+    assert found.closure.ground is None
     assert speed.error_after < speed.error_before
     assert any(
         "the error of the forward speed on the runs it was fitted to" in line for line in summary(found)
@@ -222,6 +223,10 @@ def test_lost_set_points_say_nothing_of_the_ground() -> None:
     assert found.unexplained.share == 0.0
     (warning,) = (w for w in found.warnings if "motion over ground" in w)
     assert warning.startswith("servos jump between samples too much")
+    assert found.closure.forward_speed is not None
+    assert found.closure.forward_speed.closed is None
+    assert found.closure.forward_speed.reason == warning
+    assert [step.forward_speed_closed for step in found.closure.steps] == [None]
     assert "falls from" not in summary(found)
 
 

@@ -117,6 +117,39 @@ def test_what_no_tolerance_accounts_for_may_be_the_half_that_is_closed() -> None
     assert "explained_closes_half" in {breach.invariant for breach in breaches(answer)}
 
 
+def test_the_whole_motion_over_ground_may_be_what_is_closed() -> None:
+    answer = sound()
+    answer["closure"]["joint_angle"] |= {"rms_after": 2.0, "closed": None}
+    answer["closure"]["by_joint"][0]["rms_after"] = 2.8
+    answer["closure"]["steps"], answer["details"]["traces"] = [], []
+    assert "no_cause_without_held_out_closure" in {breach.invariant for breach in breaches(answer)}
+    for closed, name in (
+        (0.9, None),
+        (0.4, "explained_closes_half"),
+        (-0.1, "no_cause_without_held_out_closure"),
+    ):
+        answer["closure"]["ground"] = {"closed": closed}
+        named = {breach.invariant for breach in breaches(answer)}
+        assert (name in named) if name else not named
+
+
+def test_a_part_closes_more_than_the_whole_only_beyond_its_interval_or_tolerance() -> None:
+    answer = sound()
+    whole = answer["closure"]["steps"][0]
+    part = whole | {"joint_angle_closed": whole["joint_angle_closed"] + 0.02}
+    answer["closure"]["steps"] = [part, whole]
+    named = "the_whole_closes_most"
+    assert named in {breach.invariant for breach in breaches(answer)}
+    answer["closure"]["joint_angle"]["ci95"] = [0.9, 1.0]
+    assert breaches(answer) == []
+    for step, beyond in ((part, 0.7), (whole, 0.8)):
+        step["joint_angle_closed_beyond_tolerance"] = beyond
+    part["joint_angle_closed"] = 2.0
+    assert breaches(answer) == []
+    part["joint_angle_closed_beyond_tolerance"] = 0.9
+    assert named in {breach.invariant for breach in breaches(answer)}
+
+
 def test_closure_beyond_tolerance_is_what_it_says() -> None:
     answer = sound()
     answer["closure"]["joint_angle"] |= BEYOND

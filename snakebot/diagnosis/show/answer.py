@@ -96,6 +96,11 @@ def effect_on_error(found: Diagnosis) -> list[str]:
         lines = [f"The {what} on {held} does not shrink with it ({fall}{closed})."]
     else:
         lines = [f"With that in the simulation, the {what} on {held} falls {fall}{closed}."]
+    if over_ground(found) and found.closure.ground is not None and (share is None or share < HALF):
+        told = share_in_words(found.closure.ground.closed)
+        lines.append(
+            f"Within a cycle, sideways and turning too, it closes {told} of the gap beyond tolerance."
+        )
     tolerated = _tolerated(angle)
     if not over_ground(found) and tolerated is not None:
         lines.append(tolerated)

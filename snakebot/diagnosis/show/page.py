@@ -145,13 +145,23 @@ def _closure(section: Section, found: Diagnosis) -> None:
                 effect_title(s.effect),
                 ", ".join(map(str, s.joints)),
                 _closed(s.joint_angle_closed),
+                _closed(s.joint_angle_closed_beyond_tolerance),
                 _closed(s.forward_speed_closed),
             ]
             for s in found.closure.steps
         ]
         section.add(
             Table(
-                [Column("after adding"), Column("joints"), Column("angles closed"), Column("speed closed")],
+                [
+                    Column("after adding"),
+                    Column("joints"),
+                    Column("angles closed"),
+                    Column(
+                        "of what is beyond tolerance",
+                        help="with the lags that these runs tell, where that is credible",
+                    ),
+                    Column("speed closed"),
+                ],
                 steps,
             )
         )

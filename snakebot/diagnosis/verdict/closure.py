@@ -21,7 +21,15 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import LITTLE, AngleClosure, JointClosure, RunSpeed, SpeedClosure
+from snakebot.diagnosis.result import (
+    LITTLE,
+    AngleClosure,
+    BudgetEntry,
+    GroundClosure,
+    JointClosure,
+    RunSpeed,
+    SpeedClosure,
+)
 from snakebot.effects.spec import EffectSpec
 
 DRAWS = 1000  # of the bootstrap; chosen: 2.5 % quantiles then rest on 25 draws
@@ -177,9 +185,12 @@ def _simulated_speed(
 
 
 def speed_closure(
-    evidence: Evidence, nominal: Trial, speeds: Speeds | None, seed: int
+    evidence: Evidence, nominal: Trial, speeds: Speeds | None, seed: int, *, unheard: str | None = None
 ) -> SpeedClosure | None:
-    """Closure of the forward speed, root mean square over runs, as of the angles; None where no speed was measured."""
+    """Closure of the forward speed, root mean square over runs, as of the angles; None where no speed was measured.
+
+    ``unheard``: why the readings do not tell the motion over ground, if they do not.
+    """
     if speeds is None:
         return None
     ground, split, scoring = evidence.ground, evidence.split, evidence.scoring
@@ -197,7 +208,9 @@ def speed_closure(
     closed, interval, reason = None, None, None
     shown = np.isin(scoring.run, split.shown)
     gaps = (gap_of(scoring, nominal.held_square, rows) for rows in (None, shown))
-    if e2 <= certain_over_ground(before.size) * max(f2, allowed) or not any(
+    if unheard is not None:
+        reason = f"{unheard} to say anything about the motion over ground"
+    elif e2 <= certain_over_ground(before.size) * max(f2, allowed) or not any(
         gap.ground_significant for gap in gaps
     ):
         reason = (
@@ -223,6 +236,15 @@ def speed_closure(
         ci95=interval,
         reason=reason,
     )
+
+
+def ground_closure(budget: Sequence[BudgetEntry]) -> GroundClosure | None:
+    """Closure of the whole motion over ground: what the budget of its gap leaves to no rest. None without a budget."""
+    rest = next((entry for entry in budget if entry.of == "ground" and entry.cause is None), None)
+    if rest is None:
+        return None
+    ends = None if rest.ci95 is None else (1 - rest.ci95[1], 1 - rest.ci95[0])
+    return GroundClosure(closed=1 - rest.share, ci95=ends)
 
 
 def _speed_allowed(ground: GroundEvidence, run: int) -> float:

@@ -42,6 +42,7 @@ from snakebot.diagnosis.verdict.closure import (
     Speeds,
     angle_closure,
     forward_speeds,
+    ground_closure,
     joint_closures,
     speed_closure,
     speeds_by_run,
@@ -124,6 +125,8 @@ def conclude(
     told, budget = by_share(
         causes, _budget(evidence, found.nominal, judgement, causes, closure, options.seed)
     )
+    if evidence.split.scored:
+        closure = closure.model_copy(update={"ground": ground_closure(budget)})
     return Conclusion(
         judgement=judgement,
         where=_where(judgement, shares(evidence, judgement.gap, found.nominal, steps), told, table),
@@ -160,19 +163,22 @@ def _steps(evidence: Evidence, found: SearchResult, best: Trial) -> Steps:
 def _closure(
     evidence: Evidence, nominal: Trial, judgement: Judgement, steps: Steps, speeds: Speeds | None, seed: int
 ) -> Closure:
+    unheard = judgement.unheard
+
     def step(after: Trial) -> ClosureStep:
-        term = after.hypothesis.terms[-1]
+        term, angle = after.hypothesis.terms[-1], angle_closure(evidence, nominal, after, seed)
         return ClosureStep(
             effect=term.effect,
             joints=joints_of(evidence.angles, term),
-            joint_angle_closed=angle_closure(evidence, nominal, after, seed).closed,
-            forward_speed_closed=speed_closed(evidence, nominal, after, seed),
+            joint_angle_closed=angle.closed,
+            joint_angle_closed_beyond_tolerance=angle.closed_beyond_tolerance,
+            forward_speed_closed=None if unheard else speed_closed(evidence, nominal, after, seed),
         )
 
     return Closure(
         held_out_runs=tuple(evidence.data.runs[i].name for i in evidence.split.scored),
         joint_angle=angle_closure(evidence, nominal, judgement.best, seed),
-        forward_speed=speed_closure(evidence, nominal, speeds, seed),
+        forward_speed=speed_closure(evidence, nominal, speeds, seed, unheard=unheard),
         by_joint=joint_closures(evidence, nominal, judgement.best),
         steps=tuple(step(after) for _, after in steps),
     )

@@ -74,6 +74,7 @@ class Judgement:
         runs: (indices) in which gap and rest are described.
         place: those runs as the beginning of a sentence; empty for all.
         noise: encoders that scatter more than they should.
+        unheard: why the readings do not tell the motion over ground; None if they do.
         warnings: what a user should know beside the verdict.
     """
 
@@ -84,6 +85,7 @@ class Judgement:
     runs: tuple[int, ...]
     place: str
     noise: EncoderScatter | None
+    unheard: str | None
     warnings: tuple[str, ...]
 
 
@@ -98,10 +100,10 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     unnamed = {} if scatter is None or noise is not None else scatter.doubts
     doubts = {**unnamed, **evidence.floor.doubts}
     # the motion over ground is told from the readings: where they are not the motion, an effect of the body is a guess
-    why_not = _why_no_ground(found, noise) if not gap.significant.any() else None
-    if why_not is not None and gap.ground_significant:
+    unheard = _why_no_ground(found, noise) if not gap.significant.any() else None
+    if unheard is not None and gap.ground_significant:
         gap = replace(gap, ground_significant=False)
-        warnings.append(f"{why_not} to say anything about the motion over ground")
+        warnings.append(f"{unheard} to say anything about the motion over ground")
     nothing = not gap.any and not found.seen_in_scatter
     best = found.nominal if nothing else found.best
     if found.untested and not nothing and not _shows_where_held_out(evidence, found.nominal):
@@ -114,7 +116,7 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
 
     def rest_beside(trial: Trial) -> Rest:
         rest = rest_of(evidence, found.nominal, trial)
-        return rest if why_not is None else replace(rest, gap=replace(rest.gap, ground_significant=False))
+        return rest if unheard is None else replace(rest, gap=replace(rest.gap, ground_significant=False))
 
     rest = rest_beside(best)
     facts = VerdictFacts(
@@ -140,6 +142,7 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
         runs=tuple(range(len(evidence.data.runs))),
         place="",
         noise=noise,
+        unheard=unheard,
         warnings=tuple(warnings),
     )
     if told.verdict not in ("partly", "unexplained"):

@@ -88,6 +88,15 @@ def test_shares_over_ground_have_an_interval() -> None:
     session = make_session(snake(), ["ground_friction:ct_scale=3"], gaits=GAITS[:2], pose=True)
     found = diagnose(session, quick=True, only=["ground_friction"])
     of_friction, of_rest = found.shares_of("ground")
+    ground = found.closure.ground
+    assert ground is not None
+    assert ground.closed == 1 - of_rest.share > 0.9
+    assert ground.ci95 is not None
+    assert of_rest.ci95 is not None
+    assert ground.ci95 == (1 - of_rest.ci95[1], 1 - of_rest.ci95[0])
+    first = found.to_mapping(first=True)["closure"]
+    assert "ground" not in first
+    assert not any("joint_angle_closed_beyond_tolerance" in step for step in first["steps"])
     assert of_friction.share > 0.9
     assert of_friction.share + of_rest.share == pytest.approx(1, abs=1e-3)
     for entry in (of_friction, of_rest):

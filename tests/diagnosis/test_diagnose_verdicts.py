@@ -110,6 +110,14 @@ def test_an_excluded_effect_is_never_named_and_its_case_is_not_explained_with_co
     assert found.verdict == "unexplained" or all(c.probability < 0.7 for c in found.causes)
 
 
+def test_what_was_left_out_and_looks_the_same_is_told() -> None:
+    session = make_session(bench(1), ["encoder_offset:offset_deg=4"])
+    found = diagnose(session, only=["servo_offset"], exclude=["encoder_offset"], quick=True)
+    assert [cause.effect for cause in found.causes] == ["servo_offset"]
+    assert [w for w in found.warnings if w.startswith("encoder_offset was left out")]
+    assert not [w for w in diagnose(session, only=["servo_offset"], quick=True).warnings if "left out" in w]
+
+
 def test_noise_that_may_not_be_named_is_told_all_the_same() -> None:
     session = make_session(bench(), noise_deg=0.6)
     assert [c.effect for c in diagnose(session).causes] == ["encoder_noise"]

@@ -77,12 +77,9 @@ main.main = work
 entry.main()
 """
 
-WHILE_MACHINE_CODE_IS_LOADED = """
-import os, signal, sys, traceback
-from snakebot.cli import entry
-from numba.core import serialize
-from numba.core.codegen import JITCodeLibrary
-asked = sys.argv.pop(1)
+INTERRUPTED = """
+import os, signal, sys, time, traceback
+from snakebot.cli import entry, main
 def interrupted(answer):
     def function(*arguments):
         importing = any(call.filename.startswith("<frozen importlib") for call in traceback.extract_stack())
@@ -93,13 +90,42 @@ def interrupted(answer):
         return answer(*arguments)
     return function
 sent = []
-if asked == "code":
-    JITCodeLibrary._object_getbuffer_hook = staticmethod(interrupted(JITCodeLibrary._object_getbuffer_hook))
-else:
-    serialize.cloudpickle.loads = interrupted(serialize.cloudpickle.loads)
+"""
+
+WHILE_MACHINE_CODE_IS_LOADED = (
+    INTERRUPTED
+    + """
+from numba.core.codegen import JITCodeLibrary
+JITCodeLibrary._object_getbuffer_hook = staticmethod(interrupted(JITCodeLibrary._object_getbuffer_hook))
 entry.main()
 assert sent
 """
+)
+
+TWO_ARRAYS = """
+import numpy as np
+from numba import njit
+@njit(cache=True)
+def two(n):
+    return np.zeros((n, n)), np.zeros((n, n))
+"""
+
+WHILE_CONSTANTS_ARE_LOADED = (
+    INTERRUPTED
+    + """
+sys.path.insert(0, sys.argv.pop(1))
+from numba.core import serialize
+import arrays
+serialize.cloudpickle.loads = interrupted(serialize.cloudpickle.loads)
+def work(**_):
+    arrays.two(3)
+    assert sent
+    time.sleep(5)
+    print("went on")
+main.main = work
+entry.main()
+"""
+)
 
 LOST = """
 import contextlib, os, signal
@@ -164,12 +190,23 @@ def test_where_a_library_loses_it_no_run_begins(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("*.mcap"))
 
 
-@pytest.mark.parametrize("asked", ["code", "constants"])
-def test_where_the_compiler_would_crash_of_it(asked: str, tmp_path: Path) -> None:
-    status, _, said = python(WHILE_MACHINE_CODE_IS_LOADED, asked, *RUN, str(tmp_path / "a.mcap"))
+def test_where_the_compiler_would_crash_of_it(tmp_path: Path) -> None:
+    status, _, said = python(WHILE_MACHINE_CODE_IS_LOADED, *RUN, str(tmp_path / "a.mcap"))
     quiet(status, said)
     assert said
     assert not list(tmp_path.glob("*.mcap"))
+
+
+def test_where_the_compiler_does_not_look_whether_it_came(tmp_path: Path) -> None:
+    """A function that makes arrays has constants, which are loaded when it first begins."""
+    (tmp_path / "arrays.py").write_text(TWO_ARRAYS)
+    compiled = python(
+        "import sys; sys.path.insert(0, sys.argv[1]); import arrays; arrays.two(3)", str(tmp_path)
+    )
+    assert compiled == (0, "", "")
+    status, out, said = python(WHILE_CONSTANTS_ARE_LOADED, str(tmp_path))
+    quiet(status, said)
+    assert not out
 
 
 def test_after_the_work_the_status_stands() -> None:

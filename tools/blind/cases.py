@@ -28,7 +28,7 @@ SETS: dict[str, tuple[int, tuple[float, ...]]] = {
     "calibrate": (200_000_000, (1.9, 4.2, 13.0)),
     "score": (300_000_000, (1.5, 3.0, 10.0)),
     "reduced": (400_000_000, (3.6, 5.0, 8.0)),  # for a test of the suite: large enough to be named
-    "triple": (600_000_000, (3.3, 5.5, 9.0)),
+    "triple": (900_000_000, (3.3, 5.5, 9.0)),
     "worn": (500_000_000, (0.5,)),  # see ``worn``: a dominant fault has half of the gap or more
 }
 PER_SET = 1_000_000

@@ -156,10 +156,7 @@ def _closure(section: Section, found: Diagnosis) -> None:
                     Column("after adding"),
                     Column("joints"),
                     Column("angles closed"),
-                    Column(
-                        "of what is beyond tolerance",
-                        help="with the lags that these runs tell, where that is credible",
-                    ),
+                    Column("beyond tolerance", help="the same of the angles, with the lags that these runs tell"),
                     Column("speed closed"),
                 ],
                 steps,

@@ -156,7 +156,9 @@ def _closure(section: Section, found: Diagnosis) -> None:
                     Column("after adding"),
                     Column("joints"),
                     Column("angles closed"),
-                    Column("beyond tolerance", help="the same of the angles, with the lags that these runs tell"),
+                    Column(
+                        "beyond tolerance", help="the same of the angles, with the lags that these runs tell"
+                    ),
                     Column("speed closed"),
                 ],
                 steps,

@@ -136,7 +136,7 @@ def all_named_where_detectable(pairs: Sequence[Pair], told: dict[int, Answer], s
     """
     found = []
     for i, (label, answer) in enumerate(pairs):
-        if label["stratum"] != stratum or not plain_several(label):
+        if label["stratum"] != stratum or size(label) < PLAIN:
             continue
         named = all_named(label, answer)
         if named or all_named(label, told.get(i)):

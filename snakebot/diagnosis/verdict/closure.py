@@ -209,7 +209,7 @@ def speed_closure(
     shown = np.isin(scoring.run, split.shown)
     gaps = (gap_of(scoring, nominal.held_square, rows) for rows in (None, shown))
     if unheard is not None:
-        reason = f"{unheard} to say anything about the motion over ground"
+        reason = unheard
     elif e2 <= certain_over_ground(before.size) * max(f2, allowed) or not any(
         gap.ground_significant for gap in gaps
     ):

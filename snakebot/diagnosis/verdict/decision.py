@@ -103,7 +103,7 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     unheard = _why_no_ground(found, noise) if not gap.significant.any() else None
     if unheard is not None and gap.ground_significant:
         gap = replace(gap, ground_significant=False)
-        warnings.append(f"{unheard} to say anything about the motion over ground")
+        warnings.append(unheard)
     nothing = not gap.any and not found.seen_in_scatter
     best = found.nominal if nothing else found.best
     if found.untested and not nothing and not _shows_where_held_out(evidence, found.nominal):
@@ -165,8 +165,12 @@ def _shows_where_held_out(evidence: Evidence, nominal: Trial) -> bool:
 def _why_no_ground(found: SearchResult, noise: EncoderScatter | None) -> str | None:
     """Why readings that are right in the mean do not tell the motion over ground; None: they do."""
     if noise is not None:
-        return "the encoders are too noisy"
-    return "servos jump between samples too much, for set-points are lost," if found.seen_in_scatter else None
+        why = "the encoders are too noisy"
+    elif found.seen_in_scatter:
+        why = "servos jump between samples too much, for set-points are lost,"
+    else:
+        return None
+    return f"{why} to say anything about the motion over ground"
 
 
 def _in_held_out_runs(evidence: Evidence, told: Judgement, rest: Rest) -> Judgement:

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from blind.cases import SEVERAL
+from blind.cases import CALIBRATING_SETS, SEVERAL
 from blind.scores import LOW_PROBABILITY, Answer, Label, all_named, first_cause, group, names_it
 from blind.worn_scores import dominant_named
 
@@ -25,7 +25,7 @@ Kind = Literal["right", "no answer", "not detectable", "not found", "not weighed
 KINDS: tuple[Kind, ...] = ("right", "no answer", "not detectable", "not found", "not weighed")
 ASKED = ("single", *SEVERAL, "worn")  # strata whose effects the library holds
 LOWER = 0.98  # of the other's error after, from which an error is lower
-OPENED_SETS = ("tune", "calibrate")
+OPENED_SETS = ("tune", *CALIBRATING_SETS)
 OPENED_BELOW = 5  # seeds of the other sets that were opened by a report
 
 

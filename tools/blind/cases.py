@@ -29,8 +29,12 @@ SETS: dict[str, tuple[int, tuple[float, ...]]] = {
     "score": (300_000_000, (1.5, 3.0, 10.0)),
     "reduced": (400_000_000, (3.6, 5.0, 8.0)),  # for a test of the suite: large enough to be named
     "triple": (900_000_000, (3.3, 5.5, 9.0)),
-    "worn": (500_000_000, (0.5,)),  # see ``worn``: a dominant fault has half of the gap or more
+    # see ``worn``: how large a dominant fault is beside the rest is drawn there
+    "worn": (500_000_000, ()),
+    "worn_calibrate": (1_000_000_000, ()),
 }
+WORN_SETS = ("worn", "worn_calibrate")
+CALIBRATING_SETS = ("calibrate", "worn_calibrate")
 PER_SET = 1_000_000
 RATES_HZ = (50.0, 100.0, 100.0, 200.0)  # one is drawn
 LAGS_S = (
@@ -104,8 +108,8 @@ def ticks(build: Build, duration_s: float) -> Floats:
 
 def shares_of(set_name: str) -> dict[str, float]:
     """Shares of the strata in a set."""
-    if set_name in ("worn", "triple"):
-        return {set_name: 1.0}
+    if set_name == "triple" or set_name in WORN_SETS:
+        return {set_name.removesuffix("_calibrate"): 1.0}
     return STRATA_TO_SCORE if set_name == "score" else STRATA
 
 
@@ -144,13 +148,13 @@ def _size_index(number: int, cases: int, rng: np.random.Generator, shares: Mappi
 
 def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
     """The n-th of so many cases of a seed."""
-    if set_name == "worn":
-        from blind.worn import make_worn
-
-        return make_worn(seed, number)
     first, sizes = SETS[set_name]
     if not 0 <= seed < PER_SET:
         raise ValueError(f"--seed {seed}: 0 to {PER_SET - 1}")
+    if set_name in WORN_SETS:
+        from blind.worn import make_worn
+
+        return make_worn(first + seed, number)
     rng = np.random.default_rng([first + seed, number])
     shares = shares_of(set_name)
     stratum, names = plan(number, cases, rng, shares)

@@ -31,7 +31,6 @@ from blind.cases import (
     DURATION_S,
     MOTIONS,
     PROBE_S,
-    SETS,
     Case,
     Effect,
     Label,
@@ -84,8 +83,8 @@ class Part:
 
 
 def make_worn(seed: int, number: int) -> Case:
-    """The n-th worn robot of a seed."""
-    rng = np.random.default_rng([SETS["worn"][0] + seed, number])
+    """The n-th worn robot of a seed, which is of a set: see ``cases.SETS``."""
+    rng = np.random.default_rng([seed, number])
     build = draw_build(rng)
     healthy = real_robot(rng, build)
     motions = draw_motions(rng, MOTIONS, build.joints)

@@ -105,7 +105,12 @@ def costs_nothing(loss: MeanDifference) -> bool:
     return loss.mean < max(loss.se, NO_LOSS)
 
 
-def closes_more(scoring: Scoring, trial: Trial, base: Trial, nominal: Trial) -> bool:
+def may_be_named(scoring: Scoring, trial: Trial, base: Trial, nominal: Trial) -> bool:
+    """Whether what was added to ``base`` is accepted, and closes enough of the whole gap to be named."""
+    return accepted(scoring, trial, base) and _closes_more(scoring, trial, base, nominal)
+
+
+def _closes_more(scoring: Scoring, trial: Trial, base: Trial, nominal: Trial) -> bool:
     """Whether what was added closes enough of the whole gap, of the angles or over ground, to be named."""
     if not base.hypothesis.terms:
         return True

@@ -25,9 +25,9 @@ from snakebot.diagnosis.search.acceptance import (
     accepted,
     closed_enough,
     closes_half,
-    closes_more,
     excess,
     excess_as_fitted,
+    may_be_named,
 )
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.candidates import elsewhere
@@ -178,7 +178,7 @@ def _winner(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Tria
 
 def _accepted(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Trial) -> list[Trial]:
     """Those of some trials that are accepted on top of ``base``."""
-    return [t for t in tried if accepted(scoring, t, base) and closes_more(scoring, t, base, nominal)]
+    return [trial for trial in tried if may_be_named(scoring, trial, base, nominal)]
 
 
 def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: Trial) -> bool:

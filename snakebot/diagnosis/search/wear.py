@@ -27,10 +27,9 @@ from snakebot.diagnosis.fit.trial import COSTLY_STEPS, Trial, run_trial_against
 from snakebot.diagnosis.result import CLEAR_SE, LITTLE
 from snakebot.diagnosis.search.acceptance import (
     LEAST_GAIN,
-    accepted,
-    closes_more,
     excess,
     excess_as_fitted,
+    may_be_named,
 )
 from snakebot.diagnosis.search.candidate import SIZE_BESIDE, Candidate, start_values
 from snakebot.diagnosis.search.candidates import kinds
@@ -171,8 +170,7 @@ def _accepted(evidence: Evidence, nominal: Trial, base: Trial, candidate: Candid
     if candidate is None:
         return None
     trial = run_trial_against(evidence, base, candidate.hypothesis, candidate.starts)
-    good = accepted(evidence.scoring, trial, base) and closes_more(evidence.scoring, trial, base, nominal)
-    return trial if good else None
+    return trial if may_be_named(evidence.scoring, trial, base, nominal) else None
 
 
 def worn(evidence: Evidence, library: Library, base: Trial) -> Whole | None:

@@ -20,8 +20,8 @@ from snakebot.diagnosis.evidence.predictor import Predictor
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.evidence.tolerance import ShiftLimits, StackedTimes, shifts_s
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
-from snakebot.diagnosis.fit.least_squares import Fit, Linearised, minimise, multi_start
-from snakebot.diagnosis.fit.step import Problem
+from snakebot.diagnosis.fit.least_squares import Fit, Linearised, approach, minimise, multi_start
+from snakebot.diagnosis.fit.step import Problem, sharing
 from snakebot.effects.spec import EffectSpec
 
 # Parameters of an explanation that are many: their slopes are what a fit takes its time for; chosen, fewer than a
@@ -130,6 +130,8 @@ def fit_runs(
             information[mine] = 0.0
             continue
         begin = [problem.for_each(np.asarray(start, dtype=np.float64)[mine]) for start in starts]
+        if mine.sum() > MANY_PARAMETERS:
+            begin = [approach(problem, start) for start in begin]
         fit: Fit = (
             multi_start(problem, begin, keep, steps, covariance=covariance)
             if len(begin) > 1
@@ -216,7 +218,7 @@ def angle_problem(
     cheap = meet and not rough and bears.sum() > (0 if bears.all() else MANY_PARAMETERS)
     problem = Problem(
         lambda theta: of_some(theta, stacked),
-        np.zeros(len(joints), dtype=np.int64) if meet else _sharing(touches),
+        np.zeros(len(joints), dtype=np.int64) if meet else sharing(touches),
         stacked.block,
         angles.fitted_square,
         *box,
@@ -246,20 +248,8 @@ def joints_sharing(hypothesis: Hypothesis, count: int, mine: Bools, stay: Bools 
     parameter with those, directly or by way of others; but for parameters that ``stay`` (p,) as they are.
     """
     touches, moving = hypothesis.touches(count), ~of_body(hypothesis) & np.logical_not(stay)
-    units = _sharing(touches[moving])
+    units = sharing(touches[moving])
     return np.isin(units, units[touches[mine & moving].any(axis=0)])
-
-
-def _sharing(touches: Bools) -> Ints:
-    """(c,) unit of each column: columns that a parameter touches both, directly or by way of others, are of one unit.
-
-    ``touches``: (p, c).
-    """
-    unit = np.arange(touches.shape[1])
-    for columns in touches:
-        together = np.unique(unit[columns])
-        unit[np.isin(unit, together[1:])] = together[0] if together.size else 0
-    return np.asarray(np.unique(unit, return_inverse=True)[1])
 
 
 def shift_limits(angles: AngleEvidence, hypothesis: Hypothesis) -> ShiftLimits:

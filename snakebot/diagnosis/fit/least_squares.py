@@ -37,6 +37,7 @@ NEGLIGIBLE = 1e-4
 COSTLY_FALL = 1e-3
 DAMPING = 1e-3  # of a first step, share of the curvature; chosen
 LESS_DAMPING, MORE_DAMPING = 0.2, 8.0  # factors on it after a step that lowered the cost, or did not; chosen
+MOST_APPROACHES = 6  # of fits under the torques of the motion so far, each with one more motion; chosen
 # Share of a step that did not lower the cost, that is tried next: where a parabola through what is known of the cost
 # along it has its minimum, within these; chosen, as usual (Nocedal and Wright 2006, section 3.5).
 SHORTEST, LONGEST = 0.1, 0.5
@@ -175,6 +176,33 @@ def minimise(problem: Problem, start: Floats, most_steps: int, *, covariance: bo
         scale = np.where(problem.logarithmic, theta, 1.0)
         spread *= scale[:, :, None] * scale[:, None, :]
     return Fit(theta, cost, residual, spread, information, evaluations, about)
+
+
+def approach(problem: Problem, start: Floats) -> Floats:
+    """Where to begin instead of at ``start`` (1, p), of a problem that has another near it for all parameters.
+
+    Joints that disturb each other are one unit: one of them that steps too far holds all others back. Under the torques
+    of the motion so far they are apart. So each goes where it wants to go there, the motion is made anew, and so on as
+    long as that leaves less.
+    """
+    if problem.near is None or (problem.near_for is not None and not problem.near_for.all()):
+        return start
+    best, weights = start, Weights(problem)
+    left = problem.residual(best)
+    least = float(weights.cost(left)[0].sum())
+    for _ in range(MOST_APPROACHES):
+        near = problem.about(best, left).apart()
+        found = minimise(near, near.for_each(best[0]), FEWEST_STEPS, covariance=False)
+        tried = problem.for_each(near.of_all(found.theta))
+        left = problem.residual(tried)
+        cost = float(weights.cost(left)[0].sum())
+        if not cost < least:
+            break
+        small = least - cost <= COSTLY_FALL * cost
+        best, least = tried, cost
+        if small:
+            break
+    return best
 
 
 def _shorter(promise: Floats, rise: Floats) -> tuple[Floats, Floats]:

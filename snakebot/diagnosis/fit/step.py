@@ -74,15 +74,17 @@ class Problem:
             return None, ~every
         return self.near(theta), every if self.near_for is None else self.near_for
 
-    def about(self, theta: Floats) -> Problem:
-        """The ``near`` problem at ``theta`` (U, p), which is to leave there what this one leaves.
+    def about(self, theta: Floats, there: Floats | None = None) -> Problem:
+        """The ``near`` problem at ``theta`` (U, p), which is to leave there what this one leaves: ``there`` (N, U'),
+        where that is known.
 
         Raises:
             TypeError: there is none.
         """
         if self.near is None:
             raise TypeError("a problem without another near it")
-        there = self.residual(theta)  # first: the other problem takes its torques from this motion
+        if there is None:  # first: the other problem takes its torques from this motion
+            there = self.residual(theta)
         near = self.near(theta)
         off = there - near.residual(theta)
         return replace(
@@ -105,6 +107,10 @@ class Problem:
         """(N, U') residuals of some ``columns`` (U',) at ``theta`` (U, p); whatever is cheapest in the others."""
         return self.residual(theta) if self.some is None or columns.all() else self.some(theta, columns)
 
+    def apart(self) -> Problem:
+        """The same where columns that share no parameter are units of their own."""
+        return self if self.touches is None else replace(self, unit=sharing(self.touches))
+
     def of_all(self, rows: Floats) -> Floats:
         """(p,) of (U, p), or (p, p) of (U, p, p): each parameter as the unit has it whose columns it touches.
 
@@ -123,6 +129,18 @@ class Problem:
     def for_each(self, row: Floats) -> Floats:
         """(U, p) of (p,): the same for every unit."""
         return np.tile(row, (int(self.unit.max()) + 1, 1))
+
+
+def sharing(touches: Bools) -> Ints:
+    """(c,) unit of each column: columns that a parameter touches both, directly or by way of others, are of one unit.
+
+    ``touches``: (p, c).
+    """
+    unit = np.arange(touches.shape[1])
+    for columns in touches:
+        together = np.unique(unit[columns])
+        unit[np.isin(unit, together[1:])] = together[0] if together.size else 0
+    return np.asarray(np.unique(unit, return_inverse=True)[1])
 
 
 class Weights:

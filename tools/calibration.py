@@ -11,7 +11,7 @@ from snakebot.diagnosis.verdict.probability import CALIBRATION_FILE, FEATURES, S
 
 PRIOR_WEIGHT = 0.3  # of the ridge on the rule's weights: few cases must not make it rash
 # Intercept and weights that one expects: a lead and a closed gap speak for a cause, a rest against it.
-PRIOR = np.array([0.0, 1.0, -1.0, 2.0, 0.0, 0.0, 1.0])
+PRIOR = np.array([0.0, 1.0, -1.0, 2.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 def evidence_of(cause: dict[str, object]) -> CauseFeatures | None:
@@ -26,11 +26,15 @@ def evidence_of(cause: dict[str, object]) -> CauseFeatures | None:
         rivals=int(found["rivals"]),
         motions=int(found["motions"]),
         explained=bool(found["explained"]),
+        own=bool(found["own"]),
+        together=int(found["together"]),
     )
 
 
 def fit(evidence: Sequence[CauseFeatures], right: Sequence[bool]) -> tuple[float, list[float]]:
-    """Intercept and weights of a logistic rule, with a weak ridge towards the shape one expects."""
+    """Intercept and weights of a logistic rule, with a weak ridge towards the shape one expects. A weight that is
+    expected to be above or below zero is not on the other side: chance must not make a rest speak for a cause.
+    """
     from scipy.optimize import minimize
 
     features = np.array([e.vector() for e in evidence])
@@ -42,7 +46,8 @@ def fit(evidence: Sequence[CauseFeatures], right: Sequence[bool]) -> tuple[float
         ridge = PRIOR_WEIGHT * np.sum(np.square(w - PRIOR)[1:])
         return float(np.sum(np.logaddexp(0, z) - label * z) + ridge)
 
-    found = minimize(loss, PRIOR, method="BFGS").x
+    bounds = [(0.0 if w > 0 else None, 0.0 if w < 0 else None) for w in PRIOR]
+    found = minimize(loss, PRIOR, method="L-BFGS-B", bounds=bounds).x
     return float(found[0]), [float(v) for v in found[1:]]
 
 

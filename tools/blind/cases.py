@@ -29,7 +29,7 @@ SETS: dict[str, tuple[int, tuple[float, ...]]] = {
     "score": (300_000_000, (1.5, 3.0, 10.0)),
     "reduced": (400_000_000, (3.6, 5.0, 8.0)),  # for a test of the suite: large enough to be named
     "triple": (900_000_000, (3.3, 5.5, 9.0)),
-    # see ``worn``: how large a dominant fault is beside the rest is drawn there
+    # how large a dominant fault is beside the rest is drawn in ``worn``
     "worn": (500_000_000, ()),
     "worn_calibrate": (1_000_000_000, ()),
 }

@@ -129,6 +129,8 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         rivals=len(group),
         motions=1 if found.untested else len(evidence.data.motions),
         explained=explanation.judgement.verdict == "explained",
+        own=term.own,
+        together=len(best.hypothesis.terms),
     )
     seen = SCATTER_PROBABILITY if features.motions > 1 else HALF
     others = dict.fromkeys(t.hypothesis.terms[-1].effect if t.hypothesis.terms else "" for t in group)

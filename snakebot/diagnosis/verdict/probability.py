@@ -28,7 +28,9 @@ LARGE_REST = 100.0
 # a servo's model is in it: another law, or another cause, is likelier than not; chosen.
 MOST_BESIDE_GROUND_REST = 0.45
 MOST_WHERE_GUESSED = 0.8  # highest probability where part of the set-points is guessed (slow logs); chosen
-FEATURES = ("lead", "rest", "closed", "rivals", "motions", "explained")
+FEATURES = (
+    "lead", "rest", "closed", "rivals", "motions", "explained", "own", "together", "together_with_a_rest",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,9 @@ class CauseFeatures:
         rivals: how many effects are in the group beside it.
         motions: different motions in the session; 1 where only one shows the cause.
         explained: whether all causes together leave too little over to speak of.
+        own: whether each of its joints has values of its own, as joints do that are worn.
+        together: how many causes there are in all. A robot that has a little of everything is rarely explained to the
+            last, so that many beside a rest say more than one.
     """
 
     lead: float
@@ -50,19 +55,27 @@ class CauseFeatures:
     rivals: int
     motions: int
     explained: bool
+    own: bool
+    together: int
 
     def vector(self) -> Floats:
         """(F,) in the order of ``FEATURES``, each of order one; of a gap that is as good as closed, less says nothing
-        more: tolerances are no better known.
+        more: tolerances are no better known. The rest speaks against a cause that is said to be the only one. Where each
+        joint has values of its own the lead says nothing: a lag of the joints' own leads far even where it has hardly
+        a part in the gap.
         """
+        many = np.log(max(self.together, 1))
         return np.array(
             [
-                np.log1p(max(self.lead, 0.0) / ALIKE) / 3,
-                np.log1p(max(self.rest, 0.0)) / 2,
+                0.0 if self.own else np.log1p(max(self.lead, 0.0) / ALIKE) / 3,
+                np.log1p(max(self.rest, 0.0)) / 2 if self.together < 2 else 0.0,
                 -np.log10(np.clip(1 - self.closed, NO_PERCENT, 1.0)) / 2,
                 float(min(self.rivals, 3)),
                 np.log(max(self.motions, 1)),
                 float(self.explained),
+                float(self.own),
+                many,
+                many * (not self.explained),
             ]
         )
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from snakebot.diagnosis.verdict.probability import CALIBRATION_FILE, FEATURES, SCHEMA, CauseFeatures
 
+PARTS = 10  # of the cases, each left out once to see how well a rule does; chosen
 PRIOR_WEIGHT = 0.3  # of the ridge on the rule's weights: few cases must not make it rash
 # Intercept and weights that one expects: a lead and a closed gap speak for a cause, a rest against it.
 PRIOR = np.array([0.0, 1.0, -1.0, 2.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
@@ -49,6 +50,21 @@ def fit(evidence: Sequence[CauseFeatures], right: Sequence[bool]) -> tuple[float
     bounds = [(0.0 if w > 0 else None, 0.0 if w < 0 else None) for w in PRIOR]
     found = minimize(loss, PRIOR, method="L-BFGS-B", bounds=bounds).x
     return float(found[0]), [float(v) for v in found[1:]]
+
+
+def fitted_without_its_own(
+    evidence: Sequence[CauseFeatures], right: Sequence[bool], case: Sequence[int]
+) -> np.ndarray:
+    """(n,) probability of each cause by the rule that is fitted to the other parts of the cases."""
+    part = np.array(case) % PARTS
+    out = np.zeros(len(evidence))
+    for left_out in np.unique(part):
+        kept = np.flatnonzero(part != left_out).tolist()
+        intercept, weights = fit([evidence[i] for i in kept], [right[i] for i in kept])
+        rows = np.flatnonzero(part == left_out).tolist()
+        table = np.array([evidence[i].vector() for i in rows])
+        out[rows] = 1 / (1 + np.exp(-(intercept + table @ np.array(weights))))
+    return out
 
 
 def write(

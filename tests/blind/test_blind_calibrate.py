@@ -52,6 +52,23 @@ def test_the_present_rule_is_told_and_kept(root: Path, tmp_path: Path) -> None:
     assert CALIBRATION_FILE.read_bytes() == before
 
 
+def test_worn_robots_and_robots_with_faults_are_told_apart(root: Path, tmp_path: Path) -> None:
+    sets = []
+    for kind, told in (("calibrate", 0.2), ("worn_calibrate", 0.1)):
+        folder = made(root, tmp_path / kind, kind)
+        sets += [str(folder), str(answered(folder, cause("no_such_effect", told)))]
+    done = called(root / "tools" / "blind" / "calibrate", "--keep", *sets)
+    assert done.returncode == 0, done.stderr
+    lines = [line.split(":") for line in done.stdout.splitlines()]
+    assert [line[0].strip() for line in lines] == [
+        "4 answers, 4 causes, as answered", "calibrate, 2 causes", "worn_calibrate, 2 causes",
+    ]  # fmt: skip
+    assert [line[1].split(",")[0] for line in lines[1:]] == [
+        " calibration error 0.200",
+        " calibration error 0.100",
+    ]
+
+
 def test_a_rule_is_fitted_to_the_causes_that_it_gave_a_probability(
     root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -60,9 +60,9 @@ class CauseFeatures:
 
     def vector(self) -> Floats:
         """(F,) in the order of ``FEATURES``, each of order one; of a gap that is as good as closed, less says nothing
-        more: tolerances are no better known. The rest speaks against a cause that is said to be the only one. Where each
-        joint has values of its own the lead says nothing: a lag of the joints' own leads far even where it has hardly
-        a part in the gap.
+        more: tolerances are no better known. The rest speaks against a cause that is said to be the only one. Where
+        each joint has values of its own the lead says nothing: a lag of the joints' own leads far even where it has
+        hardly a part in the gap.
         """
         many = np.log(max(self.together, 1))
         return np.array(

@@ -24,6 +24,9 @@ def test_probabilities_rise_with_the_lead_and_fall_with_the_rest() -> None:
     assert probability(replace(base, lead=1.0)) >= probability(base) >= probability(replace(base, lead=0.0))
     assert probability(replace(base, rest=50.0)) < probability(base)
     assert probability(replace(base, motions=1)) <= 0.5
+    worn = replace(base, explained=False, own=True, together=6)
+    assert probability(worn) > probability(replace(worn, own=False, together=1))
+    assert probability(replace(worn, lead=5.0)) == probability(worn)
     assert calibration().cases > 0
     assert "calibrate" in calibration().command
     assert sum(shared(0.9, [-0.1, -0.2, -0.1])) == pytest.approx(0.9)

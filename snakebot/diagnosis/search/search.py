@@ -133,7 +133,8 @@ def search(
             if worn is not None or together is not None:
                 best = worn or so_far
                 path.append(best)
-                round_ = further(best)
+                enough = worn is not None and closed_enough(evidence.scoring, worn, nominal, worn=True)
+                round_ = [] if enough else further(best)
             continue
         if winner is None:
             break

@@ -29,7 +29,7 @@ LARGE_REST = 100.0
 MOST_BESIDE_GROUND_REST = 0.45
 MOST_WHERE_GUESSED = 0.8  # highest probability where part of the set-points is guessed (slow logs); chosen
 FEATURES = (
-    "lead", "rest", "closed", "rivals", "motions", "explained", "own", "together", "together_with_a_rest",
+    "lead", "rest", "closed", "rivals", "explained", "own", "together", "together_with_a_rest",
 )  # fmt: skip
 
 
@@ -42,7 +42,7 @@ class CauseFeatures:
         rest: mean square that is left on the blocks it touches, over what noise and tolerance allow.
         closed: share of the gap that is closed there.
         rivals: how many effects are in the group beside it.
-        motions: different motions in the session; 1 where only one shows the cause.
+        motions: different motions in the session; 1 where only one shows the cause, so that nothing can be held out.
         explained: whether all causes together leave too little over to speak of.
         own: whether each of its joints has values of its own, as joints do that are worn.
         together: how many causes there are in all. A robot that has a little of everything is rarely explained to the
@@ -71,7 +71,6 @@ class CauseFeatures:
                 np.log1p(max(self.rest, 0.0)) / 2 if self.together < 2 else 0.0,
                 -np.log10(np.clip(1 - self.closed, NO_PERCENT, 1.0)) / 2,
                 float(min(self.rivals, 3)),
-                np.log(max(self.motions, 1)),
                 float(self.explained),
                 float(self.own),
                 many,

@@ -37,7 +37,6 @@ NEGLIGIBLE = 1e-4
 COSTLY_FALL = 1e-3
 DAMPING = 1e-3  # of a first step, share of the curvature; chosen
 LESS_DAMPING, MORE_DAMPING = 0.2, 8.0  # factors on it after a step that lowered the cost, or did not; chosen
-MOST_APPROACHES = 6  # of fits under the torques of the motion so far, each with one more motion; chosen
 # Share of a step that did not lower the cost, that is tried next: where a parabola through what is known of the cost
 # along it has its minimum, within these; chosen, as usual (Nocedal and Wright 2006, section 3.5).
 SHORTEST, LONGEST = 0.1, 0.5
@@ -190,7 +189,7 @@ def approach(problem: Problem, start: Floats) -> Floats:
     best, weights = start, Weights(problem)
     left = problem.residual(best)
     least = float(weights.cost(left)[0].sum())
-    for _ in range(MOST_APPROACHES):
+    for _ in range(FEWEST_STEPS):
         near = problem.about(best, left).apart()
         found = minimise(near, near.for_each(best[0]), FEWEST_STEPS, covariance=False)
         tried = problem.for_each(near.of_all(found.theta))

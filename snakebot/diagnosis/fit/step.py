@@ -108,8 +108,19 @@ class Problem:
         return self.residual(theta) if self.some is None or columns.all() else self.some(theta, columns)
 
     def apart(self) -> Problem:
-        """The same where columns that share no parameter are units of their own."""
-        return self if self.touches is None else replace(self, unit=sharing(self.touches))
+        """The same problem of one unit where columns that share no parameter are units of their own."""
+        if self.touches is None:
+            return self
+        units, some = replace(self, unit=sharing(self.touches)), self.some
+
+        def together(theta: Floats) -> Floats:
+            return self.for_each(units.of_all(theta))
+
+        return replace(
+            units,
+            residual=lambda theta: self.residual(together(theta)),
+            some=None if some is None else lambda theta, columns: some(together(theta), columns),
+        )
 
     def of_all(self, rows: Floats) -> Floats:
         """(p,) of (U, p), or (p, p) of (U, p, p): each parameter as the unit has it whose columns it touches.

@@ -145,6 +145,8 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         specification=str(_named(evidence.angles, term).told(theta.tolist())),
         evidence={} if by_chance else {name: float(value) for name, value in asdict(features).items()},
     )
+    if find_effect(term.effect).lacks(evidence.data.robot) is not None:
+        (cause,) = at_most([cause])
     if term.stage == "body":
         if explanation.judgement.rest.gap.ground_significant:
             (cause,) = at_most([cause], MOST_BESIDE_GROUND_REST)

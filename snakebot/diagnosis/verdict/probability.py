@@ -27,7 +27,9 @@ LARGE_REST = 100.0
 # Highest probability of a cause of the body beside a rest over ground. Joint angles are measured there, so no error of
 # a servo's model is in it: another law, or another cause, is likelier than not; chosen.
 MOST_BESIDE_GROUND_REST = 0.45
-MOST_WHERE_GUESSED = 0.8  # highest probability where part of the set-points is guessed (slow logs); chosen
+# Highest probability where something is guessed: set-points between the rows of slow logs, or what an effect needs and
+# the description lacks, as the arm that a servo on a bench carries; chosen.
+MOST_WHERE_GUESSED = 0.8
 FEATURES = (
     "lead", "rest", "closed", "rivals", "explained", "own", "together", "together_with_a_rest",
 )  # fmt: skip

@@ -38,7 +38,7 @@ def fit(evidence: Sequence[CauseFeatures], right: Sequence[bool]) -> tuple[float
     """
     from scipy.optimize import minimize
 
-    features = np.array([e.vector() for e in evidence])
+    features = np.reshape([e.vector() for e in evidence], (-1, PRIOR.size - 1))  # of no cause: the prior
     label = np.array(right, dtype=float)
     stacked = np.column_stack([np.ones(label.size), features])
 

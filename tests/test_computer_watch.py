@@ -13,6 +13,8 @@ from pathlib import Path
 import pytest
 from computer_watch import ALLOWED_S, ComputerWatch
 
+TRIALS = 50  # of a tenth of a second each: what stood still before counts in all of them, or in none
+
 
 @pytest.fixture
 def watch() -> Iterator[ComputerWatch]:
@@ -39,8 +41,11 @@ def test_what_stood_still_before_the_test_does_not_count(watch: ComputerWatch) -
     time.sleep(0.1 + ALLOWED_S)
     os.kill(watch.pid, signal.SIGCONT)
     assert watch.stood_still()
-    watch.begin()
-    assert not watch.stood_still()  # it is asked again where it did
+    for _ in range(TRIALS):  # a busy computer keeps a process waiting now and then, here too
+        watch.begin()
+        if not watch.stood_still():
+            return
+    pytest.fail(f"a time before the test still counts, {TRIALS} times")
 
 
 HERE = """

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from blind.cases import DURATION_S, Case, make_case, plan, rms, shares_of, ticks
+from blind.cases import Case, make_case, plan, rms, shares_of, ticks
 from blind.robot import Robot as TrueRobot
 
 from snakebot.arrays import Floats
@@ -44,7 +44,7 @@ def differences_rad(robot: Robot, case: Case, answer: dict[str, Any]) -> Floats:
     joints = sorted(set().union(*acted))
     at = [joint - 1 for joint in joints]
 
-    t_s = ticks(case.build, DURATION_S)
+    t_s = ticks(case.build, case.records.duration_s)
     of_session = [(t_s, motion.command(t_s, robot.joints)) for motion in case.motions]
     of_menu = []
     for option in menu(robot, joints, loads=False):

@@ -43,21 +43,22 @@ def test_commands_of_the_page_exist(root: Path, page: str, scripts: list[str]) -
 
 def test_sizes_and_shares_are_those_of_the_code(root: Path) -> None:
     from blind.cases import (
-        DURATION_S,
         JOINTS_FROM_TO,
         LAGS_S,
-        MOTIONS,
         RATES_HZ,
         SETS,
         STRATA,
         STRATA_TO_SCORE,
     )
+    from blind.records import AS_FIRST, DURATIONS_S, MOTIONS_FROM_TO, SPEED_ALONE, Records
     from blind.robot import TOLERANCE
     from blind.scores import PLAIN
 
     text = (root / "docs" / "blind-check.md").read_text(encoding="utf-8")
-    assert (MOTIONS, DURATION_S, set(RATES_HZ)) == (5, 10.0, {50.0, 100.0, 200.0})
+    assert (Records(), set(RATES_HZ)) == (Records(5, 10.0, pose=True), {50.0, 100.0, 200.0})
     assert "five motions of 10 s at 50, 100 or 200 Hz" in text
+    assert (AS_FIRST, MOTIONS_FROM_TO, DURATIONS_S, SPEED_ALONE) == (0.5, (3, 8), (6.0, 20.0), 0.2)
+    assert "3 to 8 motions of 6 to 20 s" in text
     assert JOINTS_FROM_TO == (3, 12)
     assert "3 to 12 joints" in text
     assert LAGS_S == (0.015, 0.08)

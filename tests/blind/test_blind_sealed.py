@@ -11,8 +11,11 @@ import numpy as np
 import pytest
 import yaml
 from blind import cases as blind_cases
-from blind.cases import DURATION_S, RATES_HZ, SETS, make_case, plan, shares_of
+from blind.cases import RATES_HZ, SETS, Case, Label, make_case, plan, records_of, shares_of
 from blind.faults import go_together
+from blind.motions import Motion
+from blind.records import DURATIONS_S, MOTIONS_FROM_TO, Records
+from blind.robot import Build, Parameters
 from blind.seal import SealError, digest, unseal
 from blind.session_files import STAMP_S, write_session
 from samples import THOROUGH
@@ -42,12 +45,13 @@ def test_folders_are_alike_in_all_but_the_numbers(made: tuple[Path, str]) -> Non
     folders = sorted((made[0] / "cases").iterdir())
     assert len(folders) == 3
     assert all(re.fullmatch("[0-9a-f]{12}", f.name) for f in folders)
-    assert len({tuple(sorted(f.name for f in folder.iterdir())) for folder in folders}) == 1
     for folder in folders:
+        *names, about = sorted(f.name for f in folder.iterdir())
+        assert [*names, about] == [*(f"run_{i + 1:02d}.csv" for i in range(len(names))), "session.yaml"]
         for file in folder.iterdir():
             assert (file.stat().st_mtime, file.stat().st_mode) == (
                 STAMP_S,
-                folders[0].joinpath(file.name).stat().st_mode,
+                (folders[0] / "session.yaml").stat().st_mode,
             )
         runs = sorted(folder.glob("run_*.csv"))
         assert len({run.stat().st_size for run in runs}) == 1  # every number is as wide as every other
@@ -59,7 +63,7 @@ def test_folders_are_alike_in_all_but_the_numbers(made: tuple[Path, str]) -> Non
     for folder in folders:  # of each run, its name and its gait; of the robot, what the lab believes
         told = yaml.safe_load((folder / "session.yaml").read_text())
         assert set(told) == {"robot", "runs"}
-        assert set().union(*told["runs"]) <= {"file", "gait", "repeat_of"}
+        assert set().union(*told["runs"]) <= {"file", "gait", "repeat_of", "forward_speed_m_s"}
 
 
 @pytest.mark.slow
@@ -69,9 +73,13 @@ def test_folders_are_sessions(made: tuple[Path, str]) -> None:
     for folder in (made[0] / "cases").iterdir():
         session = read_session(folder)
         assert session.warnings == ()
-        assert len(session.runs) == 6
+        assert MOTIONS_FROM_TO[0] <= len(session.runs) - 1 <= MOTIONS_FROM_TO[1]
         assert session.runs[-1].repeat_of == session.runs[0].name
-        assert session.runs[0].t_s.size in {DURATION_S * rate for rate in RATES_HZ}
+        duration_s = session.runs[0].t_s.size * np.diff(session.runs[0].t_s).mean()
+        assert DURATIONS_S[0] - 0.01 < duration_s < DURATIONS_S[1] + 0.01
+        assert round(1 / np.diff(session.runs[0].t_s).mean()) in RATES_HZ
+        for run in session.runs:
+            assert (run.pose is None) == (run.forward_speed_m_s is not None)
 
 
 @pytest.mark.slow
@@ -103,6 +111,35 @@ def test_same_seed_same_signals() -> None:
     assert first.label == second.label
     runs = zip(first.runs(), second.runs(), strict=True)
     assert all(np.array_equal(a.encoder_rad, b.encoder_rad) for a, b in runs)
+
+
+def test_half_of_the_labs_record_as_the_first_did_and_the_others_as_they_like() -> None:
+    drawn = [records_of(SETS["score"][0], number) for number in range(400)]
+    assert 0.4 < sum(r == Records() for r in drawn) / len(drawn) < 0.6
+    assert {r.motions for r in drawn} == set(range(MOTIONS_FROM_TO[0], MOTIONS_FROM_TO[1] + 1))
+    assert {min(DURATIONS_S), max(DURATIONS_S)} < {r.duration_s for r in drawn}
+    assert 0.05 < sum(not r.pose for r in drawn) / len(drawn) < 0.15
+
+
+@pytest.mark.parametrize("pose", [True, False])
+def test_a_treadmill_tells_one_speed_in_place_of_a_pose(tmp_path: Path, pose: bool) -> None:
+    from snakebot.runlog import read_session
+
+    rng = np.random.default_rng(0)
+    build = Build()
+    records = Records(motions=1, duration_s=4.0, pose=pose)
+    label = Label("no_gap", 0.0, [], 0.0, 0.0)
+    motions = [Motion("gait", 0.7, 1.4, 4.0)]
+    case = Case(label, None, motions, build, Parameters.of(build), rng, records=records)
+    write_session(tmp_path / "s", case)
+    for run in read_session(tmp_path / "s").runs:
+        assert (run.pose is not None) == pose
+        if pose:
+            assert run.pose is not None
+            assert np.hypot(*run.pose[-1, :2]) > 0.05
+        else:
+            assert run.forward_speed_m_s is not None
+            assert abs(run.forward_speed_m_s) > 0.02
 
 
 def test_sets_share_neither_seeds_nor_sizes() -> None:
@@ -160,9 +197,9 @@ def outward(folder: Path) -> list[float]:
     token = [int(c, 16) for c in folder.name]
     files = sorted(folder.iterdir())
     stats = [v for f in files for v in (f.stat().st_size, f.stat().st_mtime, len(f.name))]
-    text = (folder / "session.yaml").read_text()
+    text = re.sub(r"forward_speed_m_s: .*", "", (folder / "session.yaml").read_text())  # a signal
     numbers = [float(n) for n in re.findall(r"\d+\.\d+", text)]
-    room = np.zeros(40)  # not every motion is a gait, so that not all sessions tell as many numbers
+    room = np.zeros(60)  # not every motion is a gait, so that not all sessions tell as many numbers
     room[: len(numbers)] = numbers
     return [*token, *stats, len(numbers), *room]
 
@@ -178,7 +215,7 @@ def test_a_classifier_without_the_signals_does_no_better_than_chance(
 
     if not THOROUGH:
         monkeypatch.setattr(blind_cases, "PROBE_S", 0.5)
-        monkeypatch.setattr(blind_cases, "DURATION_S", 1.5)
+        monkeypatch.setattr(blind_cases, "draw_records", lambda rng: Records(duration_s=1.5))
     rows: list[list[float]] = []
     kinds: list[str] = []
     tokens = np.random.default_rng(0).permutation(4000)

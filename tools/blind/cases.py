@@ -12,7 +12,7 @@ path of the centre of mass.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ import numpy as np
 from blind.chain import Floats
 from blind.faults import FAULTS, KNOWN, UNKNOWN, Fault, draw_joints, go_together
 from blind.motions import Motion, draw_motions
+from blind.records import Records, draw_records
 from blind.robot import Build, Parameters, Recording, Robot, real_robot
 
 # First seed of each set, a million each, and the sizes it draws from: no two have any in common.
@@ -42,8 +43,6 @@ LAGS_S = (
     0.08,
 )  # bounds of the nominal lag, evenly in its logarithm; the built-in robot's for half of the cases
 JOINTS_FROM_TO = (3, 12)  # as many as the built-in robot has for half of the cases
-DURATION_S = 10.0
-MOTIONS = 5
 OTHER_ROBOTS = 3  # whose floor counts beside that of the case's own
 PROBE_S = 5.0  # length of the runs that set the size of an effect
 SEVERAL = {"pair": 2, "triple": 3}  # strata of robots with as many effects
@@ -91,10 +90,11 @@ class Case:
     parameters: Parameters
     rng: np.random.Generator
     sound: Parameters | None = None
+    records: Records = field(default_factory=Records)
 
     def runs(self) -> list[Recording]:
         """Once: the motions, and the first one again."""
-        robot, t = Robot(self.parameters), ticks(self.build, DURATION_S)
+        robot, t = Robot(self.parameters), ticks(self.build, self.records.duration_s)
         return [
             robot.run(t, motion.command(t, self.build.joints), self.rng)
             for motion in [*self.motions, self.motions[0]]
@@ -156,12 +156,13 @@ def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
 
         return make_worn(first + seed, number)
     rng = np.random.default_rng([first + seed, number])
+    records = records_of(first + seed, number)
     shares = shares_of(set_name)
     stratum, names = plan(number, cases, rng, shares)
     asked = float(sizes[_size_index(number, cases, rng, shares)]) * float(rng.uniform(0.97, 1.03))
     build = draw_build(rng)
     real = real_robot(rng, build)
-    motions = draw_motions(rng, MOTIONS, build.joints)
+    motions = draw_motions(rng, records.motions, build.joints)
     stage = Stage(build, motions)
     floor = floor_of(real, stage, int(rng.integers(1 << 31)))
     faulty, effects = real.copy(), []
@@ -176,7 +177,12 @@ def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
             others = [n for n in KNOWN if n not in names]
             exclude = str(rng.choice(others))
     label = Label(stratum, round(asked, 3), effects, floor[0], floor[1], build.joints)
-    return Case(label, exclude, motions, build, faulty, rng, real)
+    return Case(label, exclude, motions, build, faulty, rng, real, records)
+
+
+def records_of(seed: int, number: int) -> Records:
+    """What is recorded of the n-th robot of a seed. Drawn apart: what is recorded changes no robot."""
+    return draw_records(np.random.default_rng([seed, number, 1]))
 
 
 def draw_build(rng: np.random.Generator) -> Build:

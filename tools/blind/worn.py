@@ -28,8 +28,6 @@ from typing import Any
 import numpy as np
 
 from blind.cases import (
-    DURATION_S,
-    MOTIONS,
     PROBE_S,
     Case,
     Effect,
@@ -37,6 +35,7 @@ from blind.cases import (
     Stage,
     draw_build,
     floor_of,
+    records_of,
     rms,
     scaled,
     ticks,
@@ -84,10 +83,10 @@ class Part:
 
 def make_worn(seed: int, number: int) -> Case:
     """The n-th worn robot of a seed, which is of a set: see ``cases.SETS``."""
-    rng = np.random.default_rng([seed, number])
+    rng, records = np.random.default_rng([seed, number]), records_of(seed, number)
     build = draw_build(rng)
     healthy = real_robot(rng, build)
-    motions = draw_motions(rng, MOTIONS, build.joints)
+    motions = draw_motions(rng, records.motions, build.joints)
     stage = Stage(build, motions)
     floor = floor_of(healthy, stage, int(rng.integers(1 << 31)))
     count = 2 if rng.random() < TWO else 1
@@ -105,7 +104,7 @@ def make_worn(seed: int, number: int) -> Case:
     bench = Bench.short(healthy, stage)
     parts = _with_dominant(wear, chosen, bench, rng)
     robot = _built(healthy, parts)
-    told, tolerance = shares(Bench(healthy, build, tuple(motions), DURATION_S), parts)
+    told, tolerance = shares(Bench(healthy, build, tuple(motions), records.duration_s), parts)
     sound = bench.readings(())
     effects = [
         Effect(
@@ -118,7 +117,7 @@ def make_worn(seed: int, number: int) -> Case:
     effects.append(Effect(TOLERANCE, "servo", None, {}, off, round(tolerance, 4)))
     effects.sort(key=lambda effect: (not effect.dominant, -(effect.share or 0.0)))
     label = Label("worn", 0.5, effects, floor[0], floor[1], build.joints)
-    return Case(label, None, motions, build, robot, rng)
+    return Case(label, None, motions, build, robot, rng, records=records)
 
 
 def _wear(chosen: Sequence[tuple[str, np.ndarray | None]], count: int, rng: Draw) -> list[Part]:

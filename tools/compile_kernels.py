@@ -17,6 +17,8 @@ from blind.robot import real_robot
 from blind.wire_plant import BlindPlant
 from physics_peers import MujocoChain
 
+from snakebot.diagnosis.evidence.operators import limited, play
+from snakebot.diagnosis.evidence.within_bounds import minimum_within
 from snakebot.physics import ChainModel, replay
 from snakebot.robot import load_robot
 from snakebot.softboard import SoftBoard
@@ -42,6 +44,14 @@ def in_mujoco() -> None:
     chain.run((0.1, 1.0, 1.0), steps=1, every=1)
 
 
+def in_the_diagnosis() -> None:
+    """What a session of a bench does not need: the motion over ground, and play."""
+    one = np.ones(1)
+    minimum_within(np.eye(1), one, -one, one, np.zeros(1))
+    play(np.zeros(2), 0.1)
+    limited(np.arange(2.0), np.zeros(2), 0.1)
+
+
 if __name__ == "__main__":
     argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -49,4 +59,5 @@ if __name__ == "__main__":
     boards()
     recorded_motion()
     in_mujoco()
+    in_the_diagnosis()
     warm()  # a sweep of gaits, and a diagnosis

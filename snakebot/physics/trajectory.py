@@ -132,9 +132,9 @@ def _imposed(
 def _checked(
     model: ChainModel, t_s: npt.ArrayLike, joint_angle_rad: npt.ArrayLike, max_step_s: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Times, joint angles and their rates as the kernel takes them."""
-    t = np.ascontiguousarray(t_s, dtype=np.float64)
-    angle = np.ascontiguousarray(joint_angle_rad, dtype=np.float64)
+    """Times, joint angles and their rates as the kernel takes them: writeable, or it would be compiled once more."""
+    t = np.require(t_s, np.float64, ("C", "W"))
+    angle = np.require(joint_angle_rad, np.float64, ("C", "W"))
     if t.ndim != 1 or t.size < 2 or angle.shape != (t.size, model.joints):
         raise BadInputError(
             f"physics: replay needs times (T,) and angles (T, {model.joints}), T at least 2; "

@@ -17,12 +17,14 @@ import numpy as np
 from snakebot.arrays import Bools, Floats
 from snakebot.diagnosis.fit.step import (
     Problem,
+    Quadratic,
     Weights,
     carry_slopes,
     damped_step,
     from_scale,
     information_on,
     jacobian_at,
+    quadratic,
     sandwich,
     to_scale,
 )
@@ -111,16 +113,20 @@ def minimise(problem: Problem, start: Floats, most_steps: int, *, covariance: bo
     jacobian, stale, whole = np.zeros((0, *residual.shape)), True, True
     guessed = np.zeros(units, dtype=bool)  # units whose slopes were carried along by a secant
     information = np.full((units, p), np.nan)
+    models: dict[int, Quadratic] = {}
     for turn in range(most_steps):
         if stale:
             jacobian, stale, whole = jacobian_at(problem, z, residual, active), False, bool(active.all())
             guessed[:] = False
+            models.clear()
             evaluations += p
         if turn == 0:
             information = information_on(problem, jacobian, weight)
         step, promise = np.zeros_like(z), np.zeros(units)
         for u in np.flatnonzero(active).tolist():
-            step[u], promise[u] = damped_step(problem, u, jacobian, residual, weight, damping[u], z[u])
+            if u not in models:
+                models[u] = quadratic(problem, u, jacobian, residual, weight)
+            step[u], promise[u] = damped_step(problem, models[u], damping[u], z[u])
         step *= length[:, None]
         part = length * (2 - length)  # of what a whole step promises
         step[part * promise < NEGLIGIBLE * small_fall * cost] = 0.0
@@ -146,6 +152,8 @@ def minimise(problem: Problem, start: Floats, most_steps: int, *, covariance: bo
         moved = fell[problem.unit]
         if problem.secant:
             carry_slopes(problem, jacobian, trial - z, np.where(moved, trial_residual - residual, 0.0), fell)
+        for u in np.flatnonzero(fell).tolist():
+            models.pop(u, None)
         z[fell] = trial[fell]
         residual = np.where(moved, trial_residual, residual)
         weight = np.where(moved, trial_weight, weight)
@@ -262,13 +270,14 @@ def refit(
     out = []
     for use in uses:
         counted = np.where(use, weight, 0.0)
+        models = [quadratic(problem, u, jacobian, residual, counted) for u in range(z.shape[0])]
         there, higher = z.copy(), np.ones(z.shape[0], dtype=bool)
         if judge is not None:
             weights = Weights(replace(problem, block=np.where(use, problem.block, -1)))
             least, _ = weights.cost(here)
         for damping in DAMPED_MORE:
             for u in np.flatnonzero(higher).tolist():
-                step, _ = damped_step(problem, u, jacobian, residual, counted, damping, z[u])
+                step, _ = damped_step(problem, models[u], damping, z[u])
                 there[u] = np.clip(z[u] + step, problem.low, problem.high)
             if judge is None:
                 break

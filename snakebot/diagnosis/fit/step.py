@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -295,26 +296,39 @@ def _flat(matrix: Floats, columns: Ints) -> Floats:
     )
 
 
-def damped_step(
-    problem: Problem, unit: int, jacobian: Floats, residual: Floats, weight: Floats, damping: float, z: Floats
-) -> tuple[Floats, float]:
+class Quadratic(NamedTuple):
+    """The cost of a unit about some parameters as far as its slope (p,) and its curvature (p, p) tell; both are zero
+    for parameters that do not change it.
+    """
+
+    slope: Floats
+    curvature: Floats
+
+
+def quadratic(problem: Problem, unit: int, jacobian: Floats, residual: Floats, weight: Floats) -> Quadratic:
+    """The cost of a unit, the residuals (N, U') being straight lines; column by column: few parameters change each."""
+    p = jacobian.shape[0]
+    slope, curvature = np.zeros(p), np.zeros((p, p))
+    for column in np.flatnonzero(problem.unit == unit).tolist():
+        slopes = jacobian[:, :, column]
+        mine = slopes.any(axis=1) if problem.touches is None else problem.touches[:, column]
+        steep = slopes[mine]
+        weighted = steep * weight[:, column]
+        curvature[np.ix_(mine, mine)] += weighted @ steep.T
+        slope[mine] += weighted @ residual[:, column]
+    return Quadratic(slope, curvature)
+
+
+def damped_step(problem: Problem, model: Quadratic, damping: float, z: Floats) -> tuple[Floats, float]:
     """A damped Gauss-Newton step (p,) of a unit within half the box, and by how much its cost should fall, inf if
     unknown.
     """
     low, high = problem.low, problem.high
-    p = jacobian.shape[0]
-    mine, columns = _of_unit(problem, unit, p)
-    if mine.size == 0:
-        return np.zeros(p), 0.0
-    steep = _flat(jacobian[mine], columns)
-    weighted = steep * _flat(weight, columns)
-    hessian, gradient = np.zeros((p, p)), np.zeros(p)
-    hessian[np.ix_(mine, mine)] = weighted @ steep.T
-    gradient[mine] = weighted @ _flat(residual, columns)
+    gradient, hessian = model
     # a parameter at its bound that wants to go further stays there
     free = ~(((z <= low) & (gradient > 0)) | ((z >= high) & (gradient < 0)))
     free &= np.diag(hessian) > LEAST_CURVATURE
-    step = np.zeros(p)
+    step = np.zeros(z.size)
     if free.any():
         h = hessian[np.ix_(free, free)]
         h = h + damping * np.diag(np.diag(h))

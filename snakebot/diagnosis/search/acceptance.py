@@ -12,6 +12,7 @@ from snakebot.diagnosis.evidence.gap import Gap, gap_of
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import CLEAR_SE, HALF, LITTLE, NO_PERCENT
+from snakebot.effects.registry import find_effect
 
 MOST_LEFT = 0.08  # share of the gap that what explains it may leave over beyond noise and tolerance; chosen
 # Held-out score that an effect must gain on the blocks that it changes: a tenth of their mean square; chosen.
@@ -39,7 +40,8 @@ def lead(scoring: Scoring, trial: Trial, other: Trial) -> MeanDifference:
 
 def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
     """Whether what was added to ``base`` gains more than two standard errors, and enough to matter, where there is a
-    gap: by its score; or, as a further effect that costs no score, by the mean square that it takes away.
+    gap: by its score; or, as a further effect that costs no score, by the mean square that it takes away. The score
+    need not be clear of that where all that was added are everyday effects: every real joint has a little of them.
     """
     rows = touched(scoring, trial, base)
     gap = gap_of(scoring, base.held_square)
@@ -53,7 +55,18 @@ def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
         return gains(gain)
     sides = [scoring.of_ground if j < 0 else scoring.of_angles for j in (min(joints), max(joints))]
     clear = gain.z > CLEAR_SE
-    return gains(gain) or any(_falls(scoring, trial, base, side, rows, clear=clear) for side in sides)
+    if gains(gain) or any(_falls(scoring, trial, base, side, rows, clear=clear) for side in sides):
+        return True
+    added = [term for term in trial.hypothesis.terms if term not in base.hypothesis.terms]
+    return all(find_effect(term.effect).everyday for term in added) and any(
+        _falls(scoring, trial, base, _but_the_best(trial, base, side), rows, clear=True) for side in sides
+    )
+
+
+def _but_the_best(trial: Trial, base: Trial, side: Bools) -> Bools:
+    """(B,) a side without the block in which a trial takes most away from its base: a single moment is no cause."""
+    fell = np.where(side, base.held_square - trial.held_square, -np.inf)
+    return np.asarray(side & (np.arange(side.size) != np.argmax(fell)))
 
 
 def _falls(scoring: Scoring, trial: Trial, base: Trial, side: Bools, rows: Bools, *, clear: bool) -> bool:

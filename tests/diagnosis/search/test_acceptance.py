@@ -81,6 +81,17 @@ def test_a_single_moment_that_gets_better_is_no_cause(scoring: Scoring) -> None:
     assert not accepted(scoring, better, base)
 
 
+@pytest.mark.parametrize(("effect", "stands"), [("command_delay", True), ("rate_limit", False)])
+def test_an_everyday_effect_need_not_be_clear(scoring: Scoring, effect: str, stands: bool) -> None:
+    """Motions do not agree on it, but it takes a tenth of the mean square away: that is expected of a real joint."""
+    base = trial(PLAY, 30.0, 300.0)
+    better = trial(Hypothesis((*PLAY.terms, Term(effect, None))), 30.6, 300.0)
+    better.held_square[SLOW:] *= [0.1, 1.35, 0.1, 1.35, 0.4]
+    gain = scoring.gain(better.held_square, base.held_square)
+    assert 0 < gain.z < 2
+    assert accepted(scoring, better, base) == stands
+
+
 def test_nothing_is_said_more_plainly_at_the_cost_of_one_joint() -> None:
     """What the first of eight joints loses is little beside what the others scatter from motion to motion."""
     joints, runs, of_each = 8, 10, 4

@@ -107,7 +107,10 @@ def search(
 
     def further(trial: Trial) -> Sequence[Trial]:
         if trial.hypothesis not in rounds:
-            rounds[trial.hypothesis] = _explored(evidence, library, trial, nominal, progress)
+            little = closed_enough(evidence.scoring, trial, nominal, worn=worn is not None)
+            rounds[trial.hypothesis] = (
+                Round(evidence) if little else _explored(evidence, library, trial, progress)
+            )
         return rounds[trial.hypothesis].trials
 
     while True:
@@ -133,8 +136,7 @@ def search(
             if worn is not None or together is not None:
                 best = worn or so_far
                 path.append(best)
-                enough = worn is not None and closed_enough(evidence.scoring, worn, nominal, worn=True)
-                round_ = [] if enough else further(best)
+                round_ = further(best)
             continue
         if winner is None:
             break
@@ -192,12 +194,8 @@ def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: T
     return winner is None or gap_of(scoring, so_far.held_square).significant.mean() >= HALF
 
 
-def _explored(
-    evidence: Evidence, library: Library, base: Trial, nominal: Trial, progress: ProgressCallback
-) -> Round:
-    """``explore`` on top of an explanation; nothing, where what that leaves is too little to search."""
-    if closed_enough(evidence.scoring, base, nominal):
-        return Round(evidence)
+def _explored(evidence: Evidence, library: Library, base: Trial, progress: ProgressCallback) -> Round:
+    """``explore`` on top of an explanation."""
     return explore(evidence, library, base, _part(progress, str(base.hypothesis), len(base.hypothesis.terms)))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from snakebot.arrays import Bools
 from snakebot.diagnosis.evidence.blocks import MeanDifference
 from snakebot.diagnosis.evidence.gap import Gap, gap_of
-from snakebot.diagnosis.evidence.score import Scoring
+from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING, Scoring
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import CLEAR_SE, HALF, LITTLE, NO_PERCENT
 from snakebot.effects.registry import find_effect
@@ -41,7 +41,8 @@ def lead(scoring: Scoring, trial: Trial, other: Trial) -> MeanDifference:
 def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
     """Whether what was added to ``base`` gains more than two standard errors, and enough to matter, where there is a
     gap: by its score; or, as a further effect that costs no score, by the mean square that it takes away. The score
-    need not be clear of that where all that was added are everyday effects: every real joint has a little of them.
+    need not be clear of that where all that was added are everyday effects, every real joint has a little of them, and
+    more than next to nothing of the gap is left.
     """
     rows = touched(scoring, trial, base)
     gap = gap_of(scoring, base.held_square)
@@ -59,8 +60,18 @@ def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
         return True
     added = [term for term in trial.hypothesis.terms if term not in base.hypothesis.terms]
     return all(find_effect(term.effect).everyday for term in added) and any(
-        _falls(scoring, trial, base, _but_the_best(trial, base, side), rows, clear=True) for side in sides
+        _leaves_something(scoring, base, side)
+        and _falls(scoring, trial, base, _but_the_best(trial, base, side), rows, clear=True)
+        for side in sides
     )
+
+
+def _leaves_something(scoring: Scoring, trial: Trial, side: Bools) -> bool:
+    """Whether more than next to nothing of the gap is left, as far as that is known."""
+    if scoring.nominal_square is None:
+        return True
+    nominal = replace(trial, held_square=scoring.nominal_square)
+    return excess(scoring, trial, side) > NEXT_TO_NOTHING * excess(scoring, nominal, side)
 
 
 def _but_the_best(trial: Trial, base: Trial, side: Bools) -> Bools:

@@ -90,6 +90,9 @@ def test_an_everyday_effect_need_not_be_clear(scoring: Scoring, effect: str, sta
     gain = scoring.gain(better.held_square, base.held_square)
     assert 0 < gain.z < 2
     assert accepted(scoring, better, base) == stands
+    # where the explanation leaves two per cent of the gap, nothing more is told without proof
+    nearly = scoring.without_credit(np.zeros(BLOCKS, dtype=bool), 50 * base.held_square)
+    assert not accepted(nearly, better, base)
 
 
 def test_nothing_is_said_more_plainly_at_the_cost_of_one_joint() -> None:

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 import yaml
 from blind import cases as blind_cases
-from blind.cases import RATES_HZ, SETS, Case, Label, make_case, plan, records_of, shares_of
+from blind.cases import RATES_HZ, SETS, Case, Label, make_case, plan, shares_of
 from blind.faults import go_together
 from blind.motions import Motion
-from blind.records import DURATIONS_S, MOTIONS_FROM_TO, Records
+from blind.records import DURATIONS_S, MOTIONS_FROM_TO, Records, records_of
 from blind.robot import Build, Parameters
 from blind.seal import SealError, digest, unseal
 from blind.session_files import STAMP_S, write_session
@@ -70,16 +70,15 @@ def test_folders_are_alike_in_all_but_the_numbers(made: tuple[Path, str]) -> Non
 def test_folders_are_sessions(made: tuple[Path, str]) -> None:
     from snakebot.runlog import read_session
 
+    numbers = unseal(made[0] / "labels.sealed", made[0].with_name("set.key"))["numbers"]
     for folder in (made[0] / "cases").iterdir():
-        session = read_session(folder)
+        session, records = read_session(folder), records_of(SETS["tune"][0] + 7, numbers[folder.name])
         assert session.warnings == ()
-        assert MOTIONS_FROM_TO[0] <= len(session.runs) - 1 <= MOTIONS_FROM_TO[1]
+        assert len(session.runs) == records.motions + 1
         assert session.runs[-1].repeat_of == session.runs[0].name
-        duration_s = session.runs[0].t_s.size * np.diff(session.runs[0].t_s).mean()
-        assert DURATIONS_S[0] - 0.01 < duration_s < DURATIONS_S[1] + 0.01
-        assert round(1 / np.diff(session.runs[0].t_s).mean()) in RATES_HZ
+        assert session.runs[0].t_s.size in {records.duration_s * rate for rate in RATES_HZ}
         for run in session.runs:
-            assert (run.pose is None) == (run.forward_speed_m_s is not None)
+            assert (run.pose is not None) == (run.forward_speed_m_s is None) == records.pose
 
 
 @pytest.mark.slow
@@ -215,7 +214,7 @@ def test_a_classifier_without_the_signals_does_no_better_than_chance(
 
     if not THOROUGH:
         monkeypatch.setattr(blind_cases, "PROBE_S", 0.5)
-        monkeypatch.setattr(blind_cases, "draw_records", lambda rng: Records(duration_s=1.5))
+        monkeypatch.setattr(blind_cases, "records_of", lambda *of: Records(duration_s=1.5))
     rows: list[list[float]] = []
     kinds: list[str] = []
     tokens = np.random.default_rng(0).permutation(4000)

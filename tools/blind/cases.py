@@ -20,7 +20,7 @@ import numpy as np
 from blind.chain import Floats
 from blind.faults import FAULTS, KNOWN, UNKNOWN, Fault, draw_joints, go_together
 from blind.motions import Motion, draw_motions
-from blind.records import Records, draw_records
+from blind.records import Records, records_of
 from blind.robot import Build, Parameters, Recording, Robot, real_robot
 
 # First seed of each set, a million each, and the sizes it draws from: no two have any in common.
@@ -178,11 +178,6 @@ def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
             exclude = str(rng.choice(others))
     label = Label(stratum, round(asked, 3), effects, floor[0], floor[1], build.joints)
     return Case(label, exclude, motions, build, faulty, rng, real, records)
-
-
-def records_of(seed: int, number: int) -> Records:
-    """What is recorded of the n-th robot of a seed. Drawn apart: what is recorded changes no robot."""
-    return draw_records(np.random.default_rng([seed, number, 1]))
 
 
 def draw_build(rng: np.random.Generator) -> Build:

@@ -28,7 +28,9 @@ class Records:
     pose: bool = True
 
 
-def draw_records(rng: np.random.Generator) -> Records:
+def records_of(seed: int, number: int) -> Records:
+    """What is recorded of the n-th robot of a seed. Drawn apart: what is recorded changes no robot."""
+    rng = np.random.default_rng([seed, number, 1])
     if rng.random() < AS_FIRST:
         return Records()
     motions = int(rng.integers(MOTIONS_FROM_TO[0], MOTIONS_FROM_TO[1] + 1))

@@ -35,7 +35,6 @@ from blind.cases import (
     Stage,
     draw_build,
     floor_of,
-    records_of,
     rms,
     scaled,
     ticks,
@@ -43,6 +42,7 @@ from blind.cases import (
 from blind.chain import Floats
 from blind.faults import FAULTS, Fault, draw_joints, go_together
 from blind.motions import Motion, draw_motions
+from blind.records import records_of
 from blind.robot import Build, Parameters, Robot, real_robot
 from blind.worn_kinds import TOLERANCE, kind_of
 

@@ -108,9 +108,8 @@ def search(
     def further(trial: Trial) -> Sequence[Trial]:
         if trial.hypothesis not in rounds:
             little = closed_enough(evidence.scoring, trial, nominal, worn=worn is not None)
-            rounds[trial.hypothesis] = (
-                Round(evidence) if little else _explored(evidence, library, trial, progress)
-            )
+            part = _part(progress, str(trial.hypothesis), len(trial.hypothesis.terms))
+            rounds[trial.hypothesis] = Round(evidence) if little else explore(evidence, library, trial, part)
         return rounds[trial.hypothesis].trials
 
     while True:
@@ -192,11 +191,6 @@ def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: T
     if closed_enough(scoring, so_far, nominal):
         return False
     return winner is None or gap_of(scoring, so_far.held_square).significant.mean() >= HALF
-
-
-def _explored(evidence: Evidence, library: Library, base: Trial, progress: ProgressCallback) -> Round:
-    """``explore`` on top of an explanation."""
-    return explore(evidence, library, base, _part(progress, str(base.hypothesis), len(base.hypothesis.terms)))
 
 
 def _part(progress: ProgressCallback, name: str, done: int) -> ProgressCallback:

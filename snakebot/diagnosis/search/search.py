@@ -6,9 +6,10 @@ errors and large enough to matter, and is taken out again when the explanation d
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 
@@ -31,9 +32,11 @@ from snakebot.diagnosis.search.acceptance import (
 )
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.candidates import elsewhere
+from snakebot.diagnosis.search.everyday import is_worn
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.pairs import pairs
 from snakebot.diagnosis.search.plainly import by_plainer_effects, said_plainly
+from snakebot.diagnosis.search.regain import regained
 from snakebot.diagnosis.search.rivals import rivals
 from snakebot.diagnosis.search.rounds import (
     FOLLOWED_UP,
@@ -44,7 +47,7 @@ from snakebot.diagnosis.search.rounds import (
     held_out,
     ranked,
 )
-from snakebot.diagnosis.search.wear import is_worn, with_wear
+from snakebot.diagnosis.search.wear import with_wear
 
 MOST_EFFECTS = 3  # different effects in an explanation; chosen
 MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, and one more; chosen
@@ -150,6 +153,11 @@ def search(
         progress(f"so far: {best.hypothesis.in_words}", 0.4)
         round_ = further(best) if has_room(best) else []
     best, without = in_fewest_words(evidence, every_effect, nominal, best)
+    if worn is not None:
+        progress("everyday effects on top of the rest", 0.8)
+        more = regained(evidence, every_effect, best)
+        if more is not best:
+            best, without = more, without_each(evidence, more)
     untested = False
     if not closes_half(evidence.scoring, best, nominal):
         found = only_fitted(evidence.scoring, nominal, singles)
@@ -247,10 +255,7 @@ def prune(evidence: Evidence, best: Trial) -> tuple[Trial, tuple[Trial, ...]]:
         best = better or best
     if len(best.hypothesis.terms) < 2:
         return best, ()
-    known = dict(zip(shared, less, strict=True))
-    own = [i for i, term in enumerate(best.hypothesis.terms) if term.own]
-    known |= zip(own, in_parallel(partial(without_term, evidence, best), own), strict=True)
-    return best, tuple(known[i] for i in range(len(best.hypothesis.terms)))
+    return best, without_each(evidence, best, dict(zip(shared, less, strict=True)))
 
 
 def in_fewest_words(
@@ -275,6 +280,16 @@ def without_term(evidence: Evidence, trial: Trial, index: int) -> Trial:
     return run_trial_against(
         evidence, trial, hypothesis.without(index), [hypothesis.rest(trial.theta, index)]
     )
+
+
+def without_each(
+    evidence: Evidence, best: Trial, known: Mapping[int, Trial] = MappingProxyType({})
+) -> tuple[Trial, ...]:
+    """``best`` without each of its terms; ``known``: those that were tried already, by the term's place."""
+    tried = dict(known)
+    further = [i for i in range(len(best.hypothesis.terms)) if i not in tried]
+    tried |= zip(further, in_parallel(partial(without_term, evidence, best), further), strict=True)
+    return tuple(tried[i] for i in sorted(tried))
 
 
 def as_fitted(evidence: Evidence, trial: Trial) -> Trial:

@@ -10,8 +10,8 @@ from snakebot.diagnosis import Diagnosis, diagnose
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.search.candidates import kinds
+from snakebot.diagnosis.search.everyday import is_worn
 from snakebot.diagnosis.search.library import usable_effects
-from snakebot.diagnosis.search.wear import is_worn
 from snakebot.effects.registry import find_effect
 
 GAITS = ((66, 80, 2.0), (30, 80, 4.0), (50, 60, 1.0), (20, 80, 6.0))

@@ -1,0 +1,41 @@
+"""Everyday effects: those that every real joint has a little of, as terms of an explanation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.search.candidates import kinds
+from snakebot.diagnosis.search.library import Library
+
+
+def is_worn(library: Library, hypothesis: Hypothesis) -> bool:
+    """Whether an explanation says nothing but everyday effects, or nothing at all."""
+    return not all_but(everyday_terms(library), hypothesis)
+
+
+def everyday_terms(library: Library) -> tuple[Term, ...]:
+    """The effects that every real joint has a little of, as the library holds them, of no joint in particular."""
+    return tuple(
+        Term(effect.name, None, kinds(library, effect)[0])
+        for effect in library.effects
+        if effect.everyday and kinds(library, effect)
+    )
+
+
+def all_but(everyday: Sequence[Term], hypothesis: Hypothesis) -> tuple[Term, ...]:
+    """The terms of an explanation that are none of the everyday effects."""
+    return tuple(term for term in hypothesis.terms if not is_one_of(everyday, term))
+
+
+def takes_a_place(everyday: Sequence[Term], hypothesis: Hypothesis) -> bool:
+    """Whether an explanation has an everyday effect, of another kind than every joint has a little of."""
+    names = {term.effect for term in everyday}
+    return any(term.effect in names for term in all_but(everyday, hypothesis))
+
+
+def is_one_of(everyday: Sequence[Term], term: Term) -> bool:
+    """Whether an explanation's term is an everyday effect, of whatever joints. Play that the load takes up is not: it
+    is another play than the one that every joint has a little of, and it needs the whole body.
+    """
+    return any(term.effect == other.effect and term.fixed == other.fixed for other in everyday)

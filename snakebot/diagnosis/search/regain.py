@@ -1,0 +1,118 @@
+"""What comes back: everyday effects that a joint was left without, tried again on top of the whole explanation.
+
+What a joint can do without is judged before the rest of the explanation is known, and by what is clear of chance; of a
+few runs that is little. But what is left out without need foretells other motions worse. So in the end an effect comes
+back to a joint where it helps on runs left out by more than a standard error: the rule of Breiman et al.,
+Classification and Regression Trees, 1984, section 3.4.3, by which less is said only at no more cost than that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from snakebot.arrays import Bools, Floats
+from snakebot.diagnosis.evidence.gap import gap_of
+from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.fit.hypothesis import Term
+from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, minimise
+from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.result import LITTLE
+from snakebot.diagnosis.search.acceptance import costs_nothing
+from snakebot.diagnosis.search.bench import Bench, Wear, as_wide_as, gain_on_joint, start_on
+from snakebot.diagnosis.search.everyday import everyday_terms, is_one_of
+from snakebot.diagnosis.search.library import Library
+
+
+def regained(evidence: Evidence, library: Library, best: Trial) -> Trial:
+    """``best`` with the everyday effects that help joints on which it leaves a gap; ``best`` itself where none does."""
+    everyday = everyday_terms(library)
+    parts = list(zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True))
+    of_joints = [(term, values) for term, values in parts if _is_of_joints(everyday, term)]
+    others = [(term, values) for term, values in parts if not _is_of_joints(everyday, term)]
+    terms = tuple(term for term in everyday if term.effect not in {other.effect for other, _ in others})
+    gap = gap_of(evidence.scoring, best.held_square).significant
+    if not terms or not gap.any():
+        return best
+    with_gap = {int(j) + 1 for j in np.flatnonzero(gap)}
+    joints = tuple(sorted(with_gap.union(*(term.joints or () for term, _ in of_joints))))
+    rest = [spec for term, values in others for spec in term.specs(values.tolist())]
+    bench = Bench(evidence, terms, joints, rest)
+    theta, kept = start_on(bench, library), np.zeros((len(joints), len(terms)), dtype=bool)
+    for term, values in of_joints:
+        k = next(i for i, other in enumerate(terms) if other.effect == term.effect)
+        for joint, row in zip(term.joints or (), values.reshape(-1, len(terms[k].open)), strict=True):
+            kept[joints.index(joint), k] = True
+            theta[joints.index(joint), bench.parts[k]] = row
+    found = _grown(bench, theta, kept, np.isin(joints, list(with_gap)), best)
+    candidate = None if found is None else found.added_to(best.hypothesis, best.theta)
+    if candidate is None:
+        return best
+    trial = run_trial(evidence, candidate.hypothesis, candidate.starts)
+    loss = evidence.scoring.gain(best.held_square, trial.held_square)
+    return trial if costs_nothing(loss) else best
+
+
+def _is_of_joints(everyday: Sequence[Term], term: Term) -> bool:
+    """Whether a term is an everyday effect of which each joint has its own."""
+    return is_one_of(everyday, term) and term.joints is not None and len(term.alike) == len(term.joints)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    """Which effects each joint has (U, K), their parameters (U, p), and mean squares of the blocks left out (B,)."""
+
+    kept: Bools
+    theta: Floats
+    square: Floats
+
+
+def _grown(bench: Bench, theta: Floats, kept: Bools, may_grow: Bools, best: Trial) -> Wear | None:
+    """What all joints have when nothing more helps those that ``may_grow`` (U,); None where nothing did at all."""
+    spread = as_wide_as(bench, best.held_square[: bench.size.size])
+
+    def fitted(some: Bools, start: Floats) -> _Fitted:
+        at = minimise(bench.problem(some, spread), start, FEWEST_STEPS, covariance=False).theta
+        return _Fitted(some, at, bench.held_square(at, some, spread))
+
+    now = fitted(kept, theta)
+    while may_grow.any():
+        wider = []
+        for k in range(len(bench.terms)):
+            some = now.kept.copy()
+            some[may_grow, k] = True
+            if (some != now.kept).any():
+                wider.append(fitted(some, now.theta))
+        grown = np.zeros_like(may_grow)
+        then = _Fitted(now.kept.copy(), now.theta.copy(), now.square.copy())
+        for u in np.flatnonzero(may_grow).tolist():
+            mine = _of_joint(bench, u)
+            helpful = [more for more in wider if _helps(bench, u, spread, more, now)]
+            if helpful:
+                most = min(helpful, key=lambda more: bench.over(more.square, mine))
+                then.kept[u], then.theta[u] = most.kept[u], most.theta[u]
+                then.square[mine] = most.square[mine]
+                grown[u] = True
+        now, may_grow = then, grown
+    return None if (now.kept == kept).all() else Wear(bench.terms, bench.joints, now.theta, now.kept)
+
+
+def _of_joint(bench: Bench, u: int) -> Bools:
+    """(B,) the blocks of one joint of the bench that are fitted."""
+    return np.asarray((bench.evidence.angles.blocks.joint == bench.columns[u]) & (bench.size > 0))
+
+
+def _helps(bench: Bench, u: int, spread_square: Floats, more: _Fitted, now: _Fitted) -> bool:
+    """Whether ``more`` is more of a joint, gains more than a standard error, and takes a tenth of the mean square away,
+    the block in which it takes most not counted: a single moment is no cause.
+    """
+    if (more.kept[u] == now.kept[u]).all():
+        return False
+    mine = _of_joint(bench, u)
+    fell = np.where(mine, now.square - more.square, -np.inf)
+    but_the_best = mine & (np.arange(mine.size) != np.argmax(fell))
+    if bench.over(more.square, but_the_best) >= (1 - LITTLE) * bench.over(now.square, but_the_best):
+        return False
+    return not costs_nothing(gain_on_joint(bench, bench.columns[u], spread_square, more.square, now.square))

@@ -159,6 +159,11 @@ def closed_enough(scoring: Scoring, trial: Trial, nominal: Trial, *, worn: bool 
     return not _leaves_more(scoring, trial, nominal, most, gap_of(scoring, trial.held_square))
 
 
+def leaves_next_to_nothing(scoring: Scoring, trial: Trial, nominal: Trial) -> bool:
+    """Whether next to nothing of the gap is left: too little to look for a little of everything on every joint."""
+    return not _leaves_more(scoring, trial, nominal, NEXT_TO_NOTHING, gap_of(scoring, trial.held_square))
+
+
 def _leaves_more(scoring: Scoring, trial: Trial, nominal: Trial, share: float, gap: Gap) -> bool:
     """Whether more than a share of what ``nominal`` leaves is left, of the angles or over ground, where ``gap`` is."""
     return any(

@@ -28,6 +28,7 @@ from snakebot.diagnosis.search.acceptance import (
     closes_half,
     excess,
     excess_as_fitted,
+    leaves_next_to_nothing,
     may_be_named,
 )
 from snakebot.diagnosis.search.candidate import Candidate
@@ -193,10 +194,11 @@ def _accepted(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Tr
 
 def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: Trial) -> bool:
     """Whether to try all everyday effects on every joint: the search has ended with a gap left, or half of the
-    joints have a gap that the winner does not close: wear is then likelier than faults.
+    joints have a gap that the winner does not close: wear is then likelier than faults. Not where what is left is next
+    to nothing.
     """
     so_far = winner or best
-    if closed_enough(scoring, so_far, nominal):
+    if leaves_next_to_nothing(scoring, so_far, nominal):
         return False
     return winner is None or gap_of(scoring, so_far.held_square).significant.mean() >= HALF
 

@@ -11,8 +11,9 @@ from snakebot.diagnosis.verdict.probability import CALIBRATION_FILE, FEATURES, S
 
 PARTS = 10  # of the cases, each left out once to see how well a rule does; chosen
 PRIOR_WEIGHT = 0.3  # of the ridge on the rule's weights: few cases must not make it rash
-# Intercept and weights that one expects: a lead and a closed gap speak for a cause, a rest against it.
-PRIOR = np.array([0.0, 1.0, -1.0, 2.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+# Intercept and weights that one expects: a lead, a closed gap and a large share in it speak for a cause, a rest
+# against it.
+PRIOR = np.array([0.0, 1.0, -1.0, 2.0, 1.0, 1.0, 0.0, 0.0, 0.0])
 
 
 def evidence_of(cause: dict[str, object]) -> CauseFeatures | None:
@@ -24,7 +25,7 @@ def evidence_of(cause: dict[str, object]) -> CauseFeatures | None:
         lead=found["lead"],
         rest=found["rest"],
         closed=found["closed"],
-        rivals=int(found["rivals"]),
+        share=found["share"],
         motions=int(found["motions"]),
         explained=bool(found["explained"]),
         own=bool(found["own"]),

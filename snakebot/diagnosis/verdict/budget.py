@@ -32,15 +32,11 @@ Coalition = frozenset[int]
 Squares = Callable[[Coalition], Floats]
 
 
-def angle_budget(
-    evidence: Evidence, nominal: Trial, best: Trial, terms: Sequence[int | None], seed: int
-) -> list[BudgetEntry]:
-    """Shares in the error of the joint angles, on the runs of the closure.
-
-    Args:
-        terms: for each cause its place in the hypothesis of ``best``; None where it has none.
+def angle_budget(evidence: Evidence, nominal: Trial, best: Trial, seed: int) -> list[BudgetEntry]:
+    """Shares in the error of the joint angles, on the runs of the closure. ``cause`` of each is the place of a term in
+    the hypothesis of ``best``.
     """
-    players = _players(best, terms, ("link", "servo", "sensor"))
+    players = _players(best, ("link", "servo", "sensor"))
     if not players:
         return []
     angles, shown = evidence.angles, evidence.split.shown
@@ -50,7 +46,7 @@ def angle_budget(
     def squares(coalition: Coalition) -> Floats:
         if not coalition:
             return angles.mean_square(nominal.readings)[rows]
-        if coalition == frozenset(players.values()):
+        if coalition == frozenset(players):
             return angles.mean_square(best.readings)[rows]
         readings = list(nominal.readings)
         for runs, specs in specs_by_run(best, coalition, shown):
@@ -71,15 +67,13 @@ def angle_budget(
     )
 
 
-def ground_budget(
-    evidence: Evidence, best: Trial, terms: Sequence[int | None], seed: int
-) -> list[BudgetEntry]:
+def ground_budget(evidence: Evidence, best: Trial, seed: int) -> list[BudgetEntry]:
     """Shares in the error of the motion over ground under measured joint angles, each feature against what it is
-    allowed.
+    allowed. ``cause`` of each is the place of a term in the hypothesis of ``best``.
     """
-    players = _players(best, terms, ("body", "sensor"))
+    players = _players(best, ("body", "sensor"))
     ground, shown = evidence.ground, evidence.split.shown
-    if ground is None or not any(best.hypothesis.terms[at].stage == "body" for at in players.values()):
+    if ground is None or not any(best.hypothesis.terms[at].stage == "body" for at in players):
         return []
     features = ground.features
     known = np.isfinite(features.value) & np.isin(features.run, shown)
@@ -136,13 +130,15 @@ def by_share(
     return tuple(causes[i] for i in order), tuple(entries)
 
 
-def _players(best: Trial, terms: Sequence[int | None], stages: Sequence[str]) -> dict[int, int]:
-    """Causes to their terms, of these stages."""
-    return {
-        cause: at
-        for cause, at in enumerate(terms)
-        if at is not None and best.hypothesis.terms[at].stage in stages
-    }
+def of_causes(budget: Sequence[BudgetEntry], terms: Sequence[int | None]) -> list[BudgetEntry]:
+    """A budget of the terms of an explanation as one of causes, each of which is one of the ``terms``, or none."""
+    place = {None: None} | {term: cause for cause, term in enumerate(terms) if term is not None}
+    return [entry.model_copy(update={"cause": place[entry.cause]}) for entry in budget]
+
+
+def _players(best: Trial, stages: Sequence[str]) -> list[int]:
+    """Places of the terms of these stages."""
+    return [at for at, term in enumerate(best.hypothesis.terms) if term.stage in stages]
 
 
 def specs_by_run(
@@ -218,7 +214,7 @@ class _Shares:
         ]
 
 
-def _shares(players: dict[int, int], squares: Squares, noise: Floats, size: Floats, seed: int) -> _Shares:
+def _shares(terms: Sequence[int], squares: Squares, noise: Floats, size: Floats, seed: int) -> _Shares:
     cache: dict[Coalition, Floats] = {}
 
     def of(coalition: Coalition) -> Floats:
@@ -226,7 +222,6 @@ def _shares(players: dict[int, int], squares: Squares, noise: Floats, size: Floa
             cache[coalition] = squares(coalition)
         return cache[coalition]
 
-    terms = list(players.values())
     orders = _orders(len(terms), seed)
     taken = np.zeros((len(terms), size.size))
     for order in orders:
@@ -235,7 +230,7 @@ def _shares(players: dict[int, int], squares: Squares, noise: Floats, size: Floa
             after = before | {terms[at]}
             taken[at] += (of(before) - of(after)) / len(orders)
             before = after
-    return _Shares(list(players), taken, of(frozenset(terms)) - noise, noise, size)
+    return _Shares(terms, taken, of(frozenset(terms)) - noise, noise, size)
 
 
 def _orders(count: int, seed: int) -> list[tuple[int, ...]]:

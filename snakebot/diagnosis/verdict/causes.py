@@ -15,7 +15,15 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
 from snakebot.diagnosis.fit.trial import Trial, run_trial, trial_at
 from snakebot.diagnosis.fit.uncertainty import interval
 from snakebot.diagnosis.options import Options
-from snakebot.diagnosis.result import HALF, Cause, Estimate, FitEntry, JointEstimate, RankingEntry
+from snakebot.diagnosis.result import (
+    HALF,
+    BudgetEntry,
+    Cause,
+    Estimate,
+    FitEntry,
+    JointEstimate,
+    RankingEntry,
+)
 from snakebot.diagnosis.search.acceptance import lead, touched
 from snakebot.diagnosis.search.groups import degenerate, indistinguishable
 from snakebot.diagnosis.search.rounds import MANY_TERMS
@@ -66,6 +74,7 @@ class _Explanation:
     evidence: Evidence
     found: SearchResult
     judgement: Judgement
+    budget: Sequence[BudgetEntry]
     options: Options
 
     @property
@@ -75,6 +84,12 @@ class _Explanation:
     def rivals(self, index: int) -> Sequence[Trial]:
         """Explanations with another term in place of the one at ``index``."""
         return self.found.rivals[index] if index < len(self.found.rivals) else ()
+
+    def share(self, index: int) -> float:
+        """Of the gap, what the term at ``index`` carries: of the joint angles where it has a part in them, else over
+        ground; all, where nothing is shared out.
+        """
+        return next((entry.share for entry in self.budget if entry.cause == index), 1.0)
 
     def without(self, index: int) -> Trial:
         """What is left of it without that term."""
@@ -86,10 +101,20 @@ class _Explanation:
 
 
 def weigh_causes(
-    evidence: Evidence, found: SearchResult, judgement: Judgement, errors: Floats, options: Options
+    evidence: Evidence,
+    found: SearchResult,
+    judgement: Judgement,
+    errors: Floats,
+    budget: Sequence[BudgetEntry],
+    options: Options,
 ) -> tuple[list[Cause], list[Trial], tuple[RankingEntry, ...]]:
-    """Causes in the order of what they close, the rivals still open (best first), and the ranking."""
-    explanation, best = _Explanation(evidence, found, judgement, options), judgement.best
+    """Causes in the order of what they close, the rivals still open (best first), and the ranking.
+
+    Args:
+        errors: (p,) standard errors of the parameters of the best explanation.
+        budget: what each of its terms carries of the gap.
+    """
+    explanation, best = _Explanation(evidence, found, judgement, budget, options), judgement.best
     weighed: list[_Weighed] = []
     at = 0
     for index, term in enumerate(best.hypothesis.terms):
@@ -126,7 +151,7 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         lead=round(ahead, 5),
         rest=round(rest, 4),
         closed=round(closed, 4),
-        rivals=len(group),
+        share=explanation.share(index),
         motions=1 if found.untested else len(evidence.data.motions),
         explained=explanation.judgement.verdict == "explained",
         own=term.own,

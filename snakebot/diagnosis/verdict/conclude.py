@@ -35,7 +35,7 @@ from snakebot.diagnosis.result import (
 )
 from snakebot.diagnosis.search.rounds import MANY_TERMS
 from snakebot.diagnosis.search.search import SearchResult
-from snakebot.diagnosis.verdict.budget import angle_budget, by_share, ground_budget
+from snakebot.diagnosis.verdict.budget import angle_budget, by_share, ground_budget, of_causes
 from snakebot.diagnosis.verdict.causes import fit_entries, noise_cause, speed_closed, weigh_causes
 from snakebot.diagnosis.verdict.closure import (
     NOT_HELD_OUT,
@@ -109,22 +109,22 @@ def conclude(
     """Causes with parameters and probabilities, closure, place of the gap."""
     progress("parameters and their uncertainty", 0.82)
     errors = standard_errors(evidence, judgement.best, tolerances=not options.quick)
-    causes, rivals, ranking = weigh_causes(evidence, found, judgement, errors, options)
+    progress("closure on held-out runs", 0.86)
+    steps = _steps(evidence, found, judgement.best)
+    speeds = forward_speeds(evidence, judgement.best)
+    closure = _closure(evidence, found.nominal, judgement, steps, speeds, options.seed)
+    of_terms = _budget(evidence, found.nominal, judgement, closure, options.seed)
+    progress("how sure each cause is", 0.9)
+    causes, rivals, ranking = weigh_causes(evidence, found, judgement, errors, of_terms, options)
     if any(is_slow(run) for run in evidence.data.runs):
         causes, ranking = at_most(causes), ranking_at_most(ranking)
     if judgement.verdict == "unexplained":  # a likelier cause would contradict it
         causes, ranking = at_most(causes, HALF), ranking_at_most(ranking, HALF)
     if judgement.noise is not None:
         causes.append(noise_cause(noise_effect(), judgement.noise, evidence.data.joints))
-    progress("closure on held-out runs", 0.9)
-    steps = _steps(evidence, found, judgement.best)
     table = _regimes(evidence.angles, evidence.predictor, judgement)
-    speeds = forward_speeds(evidence, judgement.best)
-    closure = _closure(evidence, found.nominal, judgement, steps, speeds, options.seed)
     chosen = causes[0].probability if causes else 0.0
-    told, budget = by_share(
-        causes, _budget(evidence, found.nominal, judgement, causes, closure, options.seed)
-    )
+    told, budget = by_share(causes, of_causes(of_terms, _terms(evidence.angles, judgement.best, causes)))
     if evidence.split.scored:
         closure = closure.model_copy(update={"ground": ground_closure(budget)})
     return Conclusion(
@@ -185,21 +185,14 @@ def _closure(
 
 
 def _budget(
-    evidence: Evidence,
-    nominal: Trial,
-    judgement: Judgement,
-    causes: Sequence[Cause],
-    closure: Closure,
-    seed: int,
+    evidence: Evidence, nominal: Trial, judgement: Judgement, closure: Closure, seed: int
 ) -> tuple[BudgetEntry, ...]:
-    """Where there is a gap, what each cause carries of it."""
-    best = judgement.best
-    terms = _terms(evidence.angles, best, causes)
-    entries: list[BudgetEntry] = []
+    """Where there is a gap, what each term of the explanation carries of it."""
+    best, entries = judgement.best, []
     if closure.joint_angle.closed is not None or closure.joint_angle.reason == NOT_HELD_OUT:
-        entries += angle_budget(evidence, nominal, best, terms, seed)
+        entries += angle_budget(evidence, nominal, best, seed)
     if judgement.gap.ground_significant:
-        entries += ground_budget(evidence, best, terms, seed)
+        entries += ground_budget(evidence, best, seed)
     return tuple(entries)
 
 

@@ -31,7 +31,7 @@ MOST_BESIDE_GROUND_REST = 0.45
 # the description lacks, as the arm that a servo on a bench carries; chosen.
 MOST_WHERE_GUESSED = 0.8
 FEATURES = (
-    "lead", "rest", "closed", "rivals", "explained", "own", "together", "together_with_a_rest",
+    "lead", "rest", "closed", "share", "explained", "own", "together", "together_with_a_rest",
 )  # fmt: skip
 
 
@@ -43,7 +43,7 @@ class CauseFeatures:
         lead: held-out score by which the group leads the best explanation outside it.
         rest: mean square that is left on the blocks it touches, over what noise and tolerance allow.
         closed: share of the gap that is closed there.
-        rivals: how many effects are in the group beside it.
+        share: of the whole gap, what it carries in the budget; 1 where nothing is shared out.
         motions: different motions in the session; 1 where only one shows the cause, so that nothing can be held out.
         explained: whether all causes together leave too little over to speak of.
         own: whether each of its joints has values of its own, as joints do that are worn.
@@ -54,7 +54,7 @@ class CauseFeatures:
     lead: float
     rest: float
     closed: float
-    rivals: int
+    share: float
     motions: int
     explained: bool
     own: bool
@@ -62,9 +62,10 @@ class CauseFeatures:
 
     def vector(self) -> Floats:
         """(F,) in the order of ``FEATURES``, each of order one; of a gap that is as good as closed, less says nothing
-        more: tolerances are no better known. The rest speaks against a cause that is said to be the only one. Where
-        each joint has values of its own the lead says nothing: a lag of the joints' own leads far even where it has
-        hardly a part in the gap.
+        more: tolerances are no better known. The rest speaks against a cause that is said to be the only one; of
+        several, each is less likely to have a part in the gap at all the less of it it carries. Where each joint has
+        values of its own the lead says nothing: a lag of the joints' own leads far even where it has hardly a part in
+        the gap.
         """
         many = np.log(max(self.together, 1))
         return np.array(
@@ -72,7 +73,7 @@ class CauseFeatures:
                 0.0 if self.own else np.log1p(max(self.lead, 0.0) / ALIKE) / 3,
                 np.log1p(max(self.rest, 0.0)) / 2 if self.together < 2 else 0.0,
                 -np.log10(np.clip(1 - self.closed, NO_PERCENT, 1.0)) / 2,
-                float(min(self.rivals, 3)),
+                np.log10(np.clip(self.share, NO_PERCENT, 1.0)) / 2 if self.together > 1 else 0.0,
                 float(self.explained),
                 float(self.own),
                 many,

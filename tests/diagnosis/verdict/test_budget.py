@@ -52,7 +52,7 @@ def test_causes_stand_in_the_order_of_what_they_carry(found: Diagnosis) -> None:
 def test_what_two_causes_do_only_together_is_shared_in_half() -> None:
     """Either alone takes 1 of 10 away, both take 10."""
     squares = {frozenset(): 10.0, frozenset({0}): 9.0, frozenset({1}): 9.0, frozenset({0, 1}): 0.0}
-    shares = _shares({0: 0, 1: 1}, lambda c: np.array([squares[c]]), np.zeros(1), np.ones(1), seed=0)
+    shares = _shares([0, 1], lambda c: np.array([squares[c]]), np.zeros(1), np.ones(1), seed=0)
     assert shares.of(np.ones(1, dtype=bool)) == pytest.approx([0.5, 0.5, 0.0])
 
 

@@ -15,11 +15,11 @@ from snakebot.diagnosis.verdict.regime import sentence
 
 def test_probabilities_rise_with_the_lead_and_fall_with_the_rest() -> None:
     poor = CauseFeatures(
-        lead=3.0, rest=500.0, closed=0.98, rivals=0, motions=4, explained=True, own=False, together=1
+        lead=3.0, rest=500.0, closed=0.98, share=1.0, motions=4, explained=True, own=False, together=1
     )
     assert probability(poor) <= 0.6  # so much left over: not the whole story
     base = CauseFeatures(
-        lead=0.3, rest=1.0, closed=0.98, rivals=0, motions=4, explained=True, own=False, together=1
+        lead=0.3, rest=1.0, closed=0.98, share=1.0, motions=4, explained=True, own=False, together=1
     )
     assert probability(replace(base, lead=1.0)) >= probability(base) >= probability(replace(base, lead=0.0))
     assert probability(replace(base, rest=50.0)) < probability(base)

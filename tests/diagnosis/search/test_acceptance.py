@@ -15,6 +15,7 @@ from snakebot.diagnosis.search.acceptance import (
     as_good,
     closes_nearly_as_much,
     excess,
+    leaves_next_to_nothing,
 )
 
 SLOW, QUICK = 35, 5  # blocks of one slow motion and of one quick one
@@ -124,3 +125,12 @@ def test_another_word_for_an_effect_may_leave_a_tenth_of_the_whole_gap_more(
     plainer = trial(PLAY, left, left)
     assert not as_good(scoring, plainer, best)
     assert closes_nearly_as_much(scoring, plainer, best, nominal) == plainer_stands
+
+
+@pytest.mark.parametrize(("left", "is_next_to_nothing"), [(1.9, True), (2.1, False)])
+def test_next_to_nothing_is_a_twentieth_of_the_gap(
+    scoring: Scoring, left: float, is_next_to_nothing: bool
+) -> None:
+    """Mean squares against an allowed one of 1: of a gap of 20 above it."""
+    nominal = trial(NOTHING, 21.0, 21.0)
+    assert leaves_next_to_nothing(scoring, trial(PLAY, left, left), nominal) is is_next_to_nothing

@@ -7,7 +7,7 @@ import pytest
 from sessions import GAITS, bench, make_session, snake
 
 from snakebot.diagnosis import Diagnosis, diagnose
-from snakebot.diagnosis.verdict.budget import _orders, _Shares, _shares, by_share, window_draws
+from snakebot.diagnosis.verdict.budget import _orders, _Shares, _shares, by_share, of_causes, window_draws
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +47,19 @@ def test_causes_stand_in_the_order_of_what_they_carry(found: Diagnosis) -> None:
     assert budget == (*found.budget, *found.budget_rest)
     over_ground = [entry.model_copy(update={"of": "ground"}) for entry in found.budget]
     assert by_share(found.causes, over_ground) == (found.causes, tuple(over_ground))
+
+
+def test_the_budget_of_the_terms_becomes_that_of_the_causes(found: Diagnosis) -> None:
+    of_terms = [*found.budget, *found.budget_rest]
+    second, first, rest = of_causes(of_terms, [1, 0, None])  # the third cause is no term of the explanation
+    assert (second.cause, first.cause, rest.cause) == (1, 0, None)
+    assert [entry.share for entry in (second, first, rest)] == [entry.share for entry in of_terms]
+
+
+def test_how_sure_a_cause_is_rests_on_what_it_carries(found: Diagnosis) -> None:
+    for entry in found.budget:
+        assert entry.cause is not None
+        assert found.causes[entry.cause].evidence["share"] == entry.share
 
 
 def test_what_two_causes_do_only_together_is_shared_in_half() -> None:

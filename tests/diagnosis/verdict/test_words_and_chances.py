@@ -27,6 +27,8 @@ def test_probabilities_rise_with_the_lead_and_fall_with_the_rest() -> None:
     worn = replace(base, explained=False, own=True, together=6)
     assert probability(worn) > probability(replace(worn, own=False, together=1))
     assert probability(replace(worn, lead=5.0)) == probability(worn)
+    assert probability(replace(worn, share=0.02)) < probability(replace(worn, share=0.2)) < probability(worn)
+    assert probability(replace(base, share=0.02)) == probability(base)  # alone it carries what is closed
     assert calibration().cases > 0
     assert "calibrate" in calibration().command
     assert sum(shared(0.9, [-0.1, -0.2, -0.1])) == pytest.approx(0.9)

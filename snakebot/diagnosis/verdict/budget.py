@@ -2,8 +2,9 @@
 
 Shapley's value: what the mean square of the error falls by when a cause is added, in the mean over the orders in which
 the causes may be added. The causes are as they were fitted, each run by parameters that it had no part in; nothing is
-fitted anew. With the rest the shares add up to one. Intervals are from the bootstrap over the blocks of ``closure``, or
-over the windows of the features over ground.
+fitted anew. A cause that only mends what another overdoes (a lag below the stated one, beside a delay) would make the
+gap larger by itself: what the two do is told of the other. With the rest the shares add up to one. Intervals are from
+the bootstrap over the blocks of ``closure``, or over the windows of the features over ground.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import resample
 from snakebot.diagnosis.evidence.data import FEWEST_TO_COMPARE
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
 from snakebot.diagnosis.fit.fit_runs import ground_residuals
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import LITTLE, BudgetEntry, Cause
@@ -230,7 +232,33 @@ def _shares(terms: Sequence[int], squares: Squares, noise: Floats, size: Floats,
             after = before | {terms[at]}
             taken[at] += (of(before) - of(after)) / len(orders)
             before = after
-    return _Shares(terms, taken, of(frozenset(terms)) - noise, noise, size)
+    rest = of(frozenset(terms)) - noise
+    _give_back(terms, taken, lambda *some: float(of(frozenset(some)) @ size), rest, size)
+    return _Shares(terms, taken, rest, noise, size)
+
+
+def _give_back(
+    terms: Sequence[int], taken: Floats, left: Callable[..., float], rest: Floats, size: Floats
+) -> None:
+    """What terms that make the gap larger take off (C, B), all below zero, goes to those they mend: each to the one
+    with which it does most beyond what the two do apart. ``left``: of the gap, by some terms.
+    """
+    open_ = list(range(len(terms)))
+    gap = float((taken @ size).sum()) + max(float(rest @ size), 0.0)
+    while True:
+        share = {at: float(taken[at] @ size) for at in open_}
+        at = min(open_, key=share.__getitem__, default=None)
+        if at is None or share[at] >= -NEXT_TO_NOTHING * gap:
+            return
+        open_.remove(at)
+        mended = {
+            other: left(terms[at]) + left(terms[other]) - left(terms[at], terms[other]) - left()
+            for other in open_
+        }
+        most = max(mended, key=mended.__getitem__, default=None)
+        if most is not None and mended[most] > 0:
+            taken[most] += taken[at]
+            taken[at] = 0.0
 
 
 def _orders(count: int, seed: int) -> list[tuple[int, ...]]:

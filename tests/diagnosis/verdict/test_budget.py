@@ -69,6 +69,17 @@ def test_what_two_causes_do_only_together_is_shared_in_half() -> None:
     assert shares.of(np.ones(1, dtype=bool)) == pytest.approx([0.5, 0.5, 0.0])
 
 
+def test_what_mends_another_cause_has_no_share_of_its_own() -> None:
+    """A delay that is too long takes 4 of 10 away, the lag below the stated one that goes with it adds 6, both take 7;
+    an offset takes 2 whatever the others do.
+    """
+    late = {frozenset(): 10.0, frozenset({0}): 6.0, frozenset({1}): 16.0, frozenset({0, 1}): 3.0}
+    shares = _shares(
+        [0, 1, 2], lambda c: np.array([late[c - {2}] - 2.0 * (2 in c)]), np.zeros(1), np.ones(1), seed=0
+    )
+    assert shares.of(np.ones(1, dtype=bool)) == pytest.approx([0.7, 0.0, 0.2, 0.1])
+
+
 def test_where_there_is_no_gap_there_is_no_share() -> None:
     quiet = _Shares([0], np.array([[0.05]]), np.array([-0.02]), np.array([1.0]), np.ones(1))
     assert quiet.of(np.ones(1, dtype=bool)) is None

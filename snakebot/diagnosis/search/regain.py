@@ -68,6 +68,15 @@ class _Fitted:
     theta: Floats
     square: Floats
 
+    def with_joint(self, u: int, mine: Bools, other: _Fitted) -> _Fitted:
+        """The same with one joint, of the blocks ``mine`` (B,), as in another."""
+        row = np.arange(len(self.kept)) == u
+        return _Fitted(
+            np.where(row[:, None], other.kept, self.kept),
+            np.where(row[:, None], other.theta, self.theta),
+            np.where(mine, other.square, self.square),
+        )
+
 
 def _grown(bench: Bench, theta: Floats, kept: Bools, may_grow: Bools, best: Trial) -> Wear | None:
     """What all joints have when nothing more helps those that ``may_grow`` (U,); None where nothing did at all."""
@@ -77,7 +86,10 @@ def _grown(bench: Bench, theta: Floats, kept: Bools, may_grow: Bools, best: Tria
         at = minimise(bench.problem(some, spread), start, FEWEST_STEPS, covariance=False).theta
         return _Fitted(some, at, bench.held_square(at, some, spread))
 
-    now = fitted(kept, theta)
+    def helps(more: _Fitted, less: _Fitted, u: int) -> bool:
+        return _helps(bench, u, spread, more, less)
+
+    begin = now = fitted(kept, theta)
     while may_grow.any():
         wider = []
         for k in range(len(bench.terms)):
@@ -85,17 +97,23 @@ def _grown(bench: Bench, theta: Floats, kept: Bools, may_grow: Bools, best: Tria
             some[may_grow, k] = True
             if (some != now.kept).any():
                 wider.append(fitted(some, now.theta))
-        grown = np.zeros_like(may_grow)
-        then = _Fitted(now.kept.copy(), now.theta.copy(), now.square.copy())
+        before = now
         for u in np.flatnonzero(may_grow).tolist():
             mine = _of_joint(bench, u)
-            helpful = [more for more in wider if _helps(bench, u, spread, more, now)]
+            helpful = [more for more in wider if helps(more, before, u)]
             if helpful:
-                most = min(helpful, key=lambda more: bench.over(more.square, mine))
-                then.kept[u], then.theta[u] = most.kept[u], most.theta[u]
-                then.square[mine] = most.square[mine]
-                grown[u] = True
-        now, may_grow = then, grown
+                now = now.with_joint(u, mine, min(helpful, key=lambda more: bench.over(more.square, mine)))
+        may_grow = (now.kept != before.kept).any(axis=1)
+    for k in range(len(bench.terms)):  # what came first may be needless beside what came after it
+        new = now.kept[:, k] & ~begin.kept[:, k]
+        if not new.any():
+            continue
+        some = now.kept.copy()
+        some[new, k] = False
+        less, before = fitted(some, now.theta), now
+        for u in np.flatnonzero(new).tolist():
+            if not helps(before, less, u):
+                now = now.with_joint(u, _of_joint(bench, u), less)
     return None if (now.kept == kept).all() else Wear(bench.terms, bench.joints, now.theta, now.kept)
 
 

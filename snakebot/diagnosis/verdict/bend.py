@@ -19,13 +19,32 @@ from snakebot.diagnosis.evidence.blocks import mean_difference
 from snakebot.diagnosis.evidence.data import MIN_SAMPLES
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
-from snakebot.diagnosis.fit.trial import Trial
+from snakebot.diagnosis.fit.hypothesis import Hypothesis
+from snakebot.diagnosis.fit.trial import Trial, trial_at
 from snakebot.diagnosis.result import BEYOND_CHANCE, Cause
+from snakebot.diagnosis.verdict.joints import joints_of
 
 # Rms of the curve over that of what an explanation changes, from which on it tells. Measured: 0 to 2 % in robots whose
 # offset or gain is named rightly, 9 to 18 % in those with an eccentric code wheel (docs/diagnosis-method.md).
 LEAST_BEND = 0.05
 MOST_WHERE_BENT = 0.2  # highest probability of a straight cause where the rest bends: likelier wrong; chosen
+
+
+def bends_beside(evidence: Evidence, nominal: Trial, best: Trial) -> dict[int, float]:
+    """By their place, the terms of ``best`` that are straight lines of the angle beside a bend, and how large it is."""
+    found = {}
+    for at, (term, theta) in enumerate(
+        zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True)
+    ):
+        if term.stage == "body":
+            continue
+        joints = joints_of(evidence.angles, term)
+        bend = bend_of(evidence, nominal, best, joints)
+        if bend is None:
+            continue
+        if is_straight(evidence, nominal, trial_at(evidence, Hypothesis((term,)), theta), joints):
+            found[at] = bend
+    return found
 
 
 def bend_of(evidence: Evidence, nominal: Trial, best: Trial, joints: Sequence[int]) -> float | None:

@@ -29,7 +29,7 @@ from snakebot.diagnosis.search.groups import degenerate, indistinguishable
 from snakebot.diagnosis.search.rounds import MANY_TERMS
 from snakebot.diagnosis.search.search import SearchResult, without_term
 from snakebot.diagnosis.verdict.at_end import held_back
-from snakebot.diagnosis.verdict.bend import bend_of, is_straight, less_sure
+from snakebot.diagnosis.verdict.bend import less_sure
 from snakebot.diagnosis.verdict.closure import angle_closure, forward_speeds, speed_closure
 from snakebot.diagnosis.verdict.decision import Judgement
 from snakebot.diagnosis.verdict.joints import joints_of
@@ -175,12 +175,8 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
     if term.stage == "body":
         if explanation.judgement.rest.gap.ground_significant:
             (cause,) = at_most([cause], MOST_BESIDE_GROUND_REST)
-    else:
-        bend = bend_of(evidence, found.nominal, best, cause.joints)
-        if bend is not None and is_straight(
-            evidence, found.nominal, trial_at(evidence, alone, theta), cause.joints
-        ):
-            cause = less_sure(cause, bend)
+    elif index in explanation.judgement.bends:
+        cause = less_sure(cause, explanation.judgement.bends[index])
     return _Weighed(held_back(cause), group, lead(scoring, best, without).mean)
 
 

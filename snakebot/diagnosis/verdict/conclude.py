@@ -280,6 +280,11 @@ def _rest_sentence(rest: Rest, table: Sequence[Regime]) -> str:
     if joints:
         which = "joint" if len(joints) == 1 else "joints"
         parts.append(f"{which} {', '.join(map(str, joints))}: {sentence(table, rest=True)}")
+    if rest.bent:
+        which = "joint" if len(rest.bent) == 1 else "joints"
+        parts.append(
+            f"{which} {', '.join(map(str, rest.bent))}: the rest bends with the angle, and what is named is straight"
+        )
     if rest.gap.ground_significant:
         parts.append("over ground, with the measured joint angles fed in")
     return "; ".join(parts) or sentence(table, rest=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,8 @@ from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.options import Options
 from snakebot.diagnosis.result import HALF, Verdict
 from snakebot.diagnosis.search.search import SearchResult
+from snakebot.diagnosis.verdict.bend import bends_beside
+from snakebot.diagnosis.verdict.joints import joints_of
 from snakebot.diagnosis.verdict.noise import EncoderScatter, noise_effect, noisy_encoders
 from snakebot.diagnosis.verdict.rest import Rest, held_out_rest, rest_of, runs_with_gap
 
@@ -73,6 +76,7 @@ class Judgement:
         rest: what ``best`` leaves over.
         runs: (indices) in which gap and rest are described.
         place: those runs as the beginning of a sentence; empty for all.
+        bends: places of the terms of ``best`` that are straight lines of the angle beside a bend, and how large it is.
         noise: encoders that scatter more than they should.
         unheard: why the readings do not tell the motion over ground; None if they do.
         warnings: what a user should know beside the verdict.
@@ -84,6 +88,7 @@ class Judgement:
     rest: Rest
     runs: tuple[int, ...]
     place: str
+    bends: Mapping[int, float]
     noise: EncoderScatter | None
     unheard: str | None
     warnings: tuple[str, ...]
@@ -118,7 +123,9 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
         rest = rest_of(evidence, found.nominal, trial)
         return rest if unheard is None else replace(rest, gap=replace(rest.gap, ground_significant=False))
 
-    rest = rest_beside(best)
+    bends = bends_beside(evidence, found.nominal, best)
+    bent = {joint for at in bends for joint in joints_of(evidence.angles, best.hypothesis.terms[at])}
+    rest = replace(rest_beside(best), bent=tuple(sorted(bent)))
     facts = VerdictFacts(
         gap=gap,
         explanation=bool(best.hypothesis.terms),
@@ -132,7 +139,7 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     verdict = decide(facts)
     if verdict == "unexplained" and best.hypothesis.terms and rest.is_too_much and rest.share >= 1:
         # it takes nothing away on motions that it was not fitted to: it is no cause
-        best = found.nominal
+        best, bends = found.nominal, {}
         facts = replace(facts, explanation=False, rest=rest_beside(best))
     told = Judgement(
         verdict=verdict,
@@ -141,6 +148,7 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
         rest=facts.rest,
         runs=tuple(range(len(evidence.data.runs))),
         place="",
+        bends=bends,
         noise=noise,
         unheard=unheard,
         warnings=tuple(warnings),

@@ -22,19 +22,23 @@ class Rest:
     Attributes:
         share: of the gap above what is allowed, in mean squares.
         gap: joint by joint and over ground.
+        bent: joints (1-based) on which it bends with the angle, where what explains them is straight.
     """
 
     share: float
     gap: Gap
+    bent: tuple[int, ...] = ()
 
     @property
     def significant(self) -> bool:
-        return self.gap.any
+        return self.gap.any or bool(self.bent)
 
     @property
     def is_too_much(self) -> bool:
-        """Whether it is beyond noise and tolerance, and so large that the gap is not explained."""
-        return self.significant and self.share > MOST_LEFT
+        """Whether it is beyond noise and tolerance, and so large that the gap is not explained; or plainly of another
+        law, however small it is.
+        """
+        return (self.gap.any and self.share > MOST_LEFT) or bool(self.bent)
 
 
 def rest_of(evidence: Evidence, nominal: Trial, best: Trial) -> Rest:

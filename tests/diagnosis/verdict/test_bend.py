@@ -43,6 +43,9 @@ def test_a_code_wheel_off_its_centre_is_no_sure_offset(phase_rad: float) -> None
     assert found.causes
     assert all(cause.probability <= MOST_WHERE_BENT for cause in found.causes)
     assert any("bends with the angle" in text for text in found.warnings)
+    assert found.verdict in ("partly", "unexplained")  # a rest that follows another law is no noise
+    assert found.unexplained.significant
+    assert "bends with the angle" in found.unexplained.where
     assert "what is left bends with the angle" in why(found).lower()
 
 

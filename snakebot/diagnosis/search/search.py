@@ -49,7 +49,6 @@ from snakebot.diagnosis.search.rounds import (
     ranked,
 )
 from snakebot.diagnosis.search.wear import with_wear
-from snakebot.diagnosis.search.wire import of_one_wire
 
 MOST_EFFECTS = 3  # different effects in an explanation; chosen
 MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, and one more; chosen
@@ -157,7 +156,7 @@ def search(
     best, without = in_fewest_words(evidence, every_effect, nominal, best)
     if worn is not None:
         progress("everyday effects on top of the rest", 0.8)
-        more = of_one_wire(evidence, every_effect, regained(evidence, every_effect, best))
+        more = regained(evidence, every_effect, best)
         if more is not best:
             best, without = more, without_each(evidence, more)
     untested = False

@@ -17,7 +17,6 @@ from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.fold_fits import NEAR_STEPS
-from snakebot.diagnosis.fit.hypothesis import Term
 from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, linearised, minimise, wide_allowance
 from snakebot.diagnosis.fit.trial import COSTLY_STEPS, Trial, run_trial_against
 from snakebot.diagnosis.result import CLEAR_SE, LITTLE
@@ -138,14 +137,6 @@ class Whole:
     bench: Bench
     theta: Floats
     left_square: Floats
-
-    def on_one_wire(self, library: Library, term: Term) -> tuple[Whole, Floats]:
-        """The same with one value for all joints of ``term``, one of these effects, and that value (p,): the median."""
-        at = self.bench.terms.index(term)
-        value = np.median(self.theta[:, self.bench.parts[at]], axis=0)
-        others = tuple(t for t in self.bench.terms if t != term)
-        rest = (*self.bench.rest, *term.specs(value.tolist()))
-        return _whole(Bench(self.bench.evidence, others, self.bench.joints, rest), library), value
 
     def leaves_less_than(self, other: Whole) -> bool:
         """Whether it leaves so much less than ``other`` that what it is fitted beside is needed: in mean square or in

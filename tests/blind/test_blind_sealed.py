@@ -11,7 +11,20 @@ import numpy as np
 import pytest
 import yaml
 from blind import cases as blind_cases
-from blind.cases import RATES_HZ, SETS, Case, Label, make_case, plan, shares_of
+from blind.cases import (
+    PROBE_S,
+    RATES_HZ,
+    SETS,
+    Case,
+    Label,
+    Stage,
+    make_case,
+    plan,
+    probes,
+    rms,
+    shares_of,
+    ticks,
+)
 from blind.faults import go_together
 from blind.motions import Motion
 from blind.records import DURATIONS_S, MOTIONS_FROM_TO, Records, records_of
@@ -139,6 +152,25 @@ def test_a_treadmill_tells_one_speed_in_place_of_a_pose(tmp_path: Path, pose: bo
         else:
             assert run.forward_speed_m_s is not None
             assert abs(run.forward_speed_m_s) > 0.02
+
+
+def test_where_a_speed_alone_is_recorded_the_size_of_an_effect_is_in_it() -> None:
+    build = Build()
+    robot, motions = Parameters.of(build), [Motion("gait", 1.1, 1.4, 2.0), Motion("gait", 0.6, 1.4, 4.0)]
+    path, speeds = (
+        probes(robot, Stage(build, motions, pose), 0, noiseless=True)[1] for pose in (True, False)
+    )
+    assert path.shape == (2 * ticks(build, PROBE_S).size, 2)
+    halves = path.reshape(2, -1, 2)[:, path.shape[0] // 4 :]
+    way = np.linalg.norm(halves[:, -1] - halves[:, 0], axis=1)
+    assert speeds[:, 0] == pytest.approx(way / (PROBE_S / 2), rel=0.05)  # it hardly goes sideways
+    case = make_case("tune", 7, 314, 400)  # a slope, and a lab that has no more
+    assert not case.records.pose
+    (effect,) = case.label.effects
+    assert case.sound is not None
+    stage = Stage(case.build, case.motions, pose=False)
+    (_, sound), (_, faulty) = (probes(p, stage, 0, noiseless=True) for p in (case.sound, case.parameters))
+    assert rms(faulty - sound) / case.label.floor_m == pytest.approx(effect.size, rel=1e-3)
 
 
 def test_sets_share_neither_seeds_nor_sizes() -> None:

@@ -6,7 +6,7 @@ The floor of a case is what robots like its own differ by from the nominal one w
 and play off within their tolerance, plus sensor noise. One robot alone would not do: one that happens to be nearly
 nominal has hardly a floor, and an effect of ten such floors is one that nobody could tell from healthy robots. The
 size of an effect is the RMS of what it adds, over that floor: of the joint readings or, for effects of the body, of the
-path of the centre of mass.
+path of the centre of mass; of the speed along it, where a lab records no more.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from blind.chain import Floats
 from blind.faults import FAULTS, KNOWN, UNKNOWN, Fault, draw_joints, go_together
 from blind.motions import Motion, draw_motions
-from blind.records import Records, records_of
+from blind.records import Records, records_of, speed_along
 from blind.robot import Build, Parameters, Recording, Robot, real_robot
 
 # First seed of each set, a million each, and the sizes it draws from: no two have any in common.
@@ -163,7 +163,7 @@ def make_case(set_name: str, seed: int, number: int, cases: int) -> Case:
     build = draw_build(rng)
     real = real_robot(rng, build)
     motions = draw_motions(rng, records.motions, build.joints)
-    stage = Stage(build, motions)
+    stage = Stage(build, motions, records.pose)
     floor = floor_of(real, stage, int(rng.integers(1 << 31)))
     faulty, effects = real.copy(), []
     for name in names:
@@ -191,14 +191,17 @@ def draw_build(rng: np.random.Generator) -> Build:
 
 @dataclass(frozen=True)
 class Stage:
-    """On what the size of an effect is taken."""
+    """On what the size of an effect is taken. ``pose``: whether the lab records one; else a speed alone shows it."""
 
     build: Build
     motions: list[Motion]
+    pose: bool = True
 
 
 def probes(parameters: Parameters, stage: Stage, seed: int, noiseless: bool) -> tuple[Floats, Floats]:
-    """Readings (T, k) and path (T, 2) on the slowest and the fastest motion."""
+    """Readings (T, k) on the slowest and the fastest motion, and what is recorded of the way: the path (T, 2), or the
+    speed along it of each (2, 1).
+    """
     t = ticks(stage.build, PROBE_S)
     order = sorted(stage.motions, key=lambda motion: motion.omega_rad_s)
     robot = Robot(parameters.noiseless() if noiseless else parameters)
@@ -206,7 +209,8 @@ def probes(parameters: Parameters, stage: Stage, seed: int, noiseless: bool) -> 
         robot.run(t, motion.command(t, stage.build.joints), np.random.default_rng(seed))
         for motion in (order[0], order[-1])
     ]
-    return np.concatenate([m.encoder_rad for m in made]), np.concatenate([m.pose[:, :2] for m in made])
+    way = [m.pose[:, :2] if stage.pose else np.array([[speed_along(m)]]) for m in made]
+    return np.concatenate([m.encoder_rad for m in made]), np.concatenate(way)
 
 
 def rms(table: Floats) -> float:
@@ -214,7 +218,9 @@ def rms(table: Floats) -> float:
 
 
 def floor_of(real: Parameters, stage: Stage, seed: int) -> tuple[float, float]:
-    """RMS between real robots without an effect, this one and others, and the nominal one: rad a joint, m."""
+    """RMS between real robots without an effect, this one and others, and the nominal one: rad a joint, and m, or m/s
+    where a speed alone is recorded.
+    """
     rng = np.random.default_rng(seed)
     should_rad, should_m = probes(Parameters.of(stage.build), stage, seed, noiseless=True)
     found = [

@@ -39,8 +39,12 @@ def records_of(seed: int, number: int) -> Records:
 
 
 def forward_speed(run: Recording, rng: np.random.Generator) -> float:
-    """m/s of the second half of a run, the way that the robot faces there, as a treadmill tells it."""
+    """m/s along the way, as a treadmill tells it."""
+    return speed_along(run) * (1 + SPEED_NOISE * float(rng.normal())) + SPEED_NOISE_M_S * float(rng.normal())
+
+
+def speed_along(run: Recording) -> float:
+    """m/s of the second half of a run, the way that the robot faces there."""
     t, (x, y, heading) = run.t_s[run.t_s.size // 2 :], run.pose[run.t_s.size // 2 :].T
     ahead = np.array([np.cos(heading.mean()), np.sin(heading.mean())])
-    speed = ahead @ [x[-1] - x[0], y[-1] - y[0]] / (t[-1] - t[0])
-    return float(speed * (1 + SPEED_NOISE * rng.normal()) + SPEED_NOISE_M_S * rng.normal())
+    return float(ahead @ [x[-1] - x[0], y[-1] - y[0]] / (t[-1] - t[0]))

@@ -118,7 +118,7 @@ def search(
 
     while True:
         winner = _winner(evidence.scoring, round_, best, nominal) if has_room(best) else None
-        if wear_is_open and _may_be_worn(evidence.scoring, winner, best, nominal):
+        if wear_is_open and _may_be_worn(evidence, winner, best, nominal):
             wear_is_open = False
             so_far, two = winner or best, []
             if winner is not None and has_room(winner) and not is_worn(library, winner.hypothesis):
@@ -192,14 +192,16 @@ def _accepted(scoring: Scoring, tried: Sequence[Trial], base: Trial, nominal: Tr
     return [trial for trial in tried if may_be_named(scoring, trial, base, nominal)]
 
 
-def _may_be_worn(scoring: Scoring, winner: Trial | None, best: Trial, nominal: Trial) -> bool:
+def _may_be_worn(evidence: Evidence, winner: Trial | None, best: Trial, nominal: Trial) -> bool:
     """Whether to try all everyday effects on every joint: the search has ended with a gap left, or half of the
-    joints have a gap that the winner does not close: wear is then likelier than faults. Not where what is left is next
-    to nothing.
+    joints have a gap that the winner does not close: wear is then likelier than faults. Where what is left is next to
+    nothing, only at the end, and only if that costs no simulation of the whole body.
     """
-    so_far = winner or best
-    if leaves_next_to_nothing(scoring, so_far, nominal):
+    scoring, so_far = evidence.scoring, winner or best
+    if closed_enough(scoring, so_far, nominal):
         return False
+    if leaves_next_to_nothing(scoring, so_far, nominal):
+        return winner is None and not evidence.predictor.simulator.needs_body(so_far.specs)
     return winner is None or gap_of(scoring, so_far.held_square).significant.mean() >= HALF
 
 

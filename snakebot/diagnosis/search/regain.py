@@ -30,9 +30,10 @@ def regained(evidence: Evidence, library: Library, best: Trial) -> Trial:
     """``best`` with the everyday effects that help joints on which it leaves a gap; ``best`` itself where none does."""
     everyday = everyday_terms(library)
     parts = list(zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True))
-    of_joints = [(term, values) for term, values in parts if _is_of_joints(everyday, term)]
-    others = [(term, values) for term, values in parts if not _is_of_joints(everyday, term)]
-    terms = tuple(term for term in everyday if term.effect not in {other.effect for other, _ in others})
+    taken = {term.effect for term, _ in parts if not _is_of_joints(everyday, term)}
+    of_joints = [(term, values) for term, values in parts if term.effect not in taken]
+    others = [(term, values) for term, values in parts if term.effect in taken]
+    terms = tuple(term for term in everyday if term.effect not in taken)
     gap = gap_of(evidence.scoring, best.held_square).significant
     if not terms or not gap.any():
         return best

@@ -61,3 +61,12 @@ def test_what_joints_were_left_without_comes_back_to_each_of_them(
 def test_nothing_comes_back_where_nothing_is_missing(evidence: Evidence, library: Library) -> None:
     best = explained_by(evidence, library, servo_offset=(1, 2, 3), backlash=(1, 3), servo_lag=(2,))
     assert regained(evidence, library, best) is best
+
+
+def test_an_effect_that_is_there_in_another_kind_stays_as_it_is(evidence: Evidence, library: Library) -> None:
+    hard = Term("deadband", (1,), (("hard", 1.0),))
+    plain = Term("deadband", (2, 3), kinds(library, find_effect("deadband"))[0], own=True)
+    best = run_trial(evidence, Hypothesis((hard, plain)), [np.array([1.0, 1.0, 1.0])])
+    found = regained(evidence, library, best).hypothesis.terms
+    assert [term for term in found if term.effect == "deadband"] == [hard, plain]
+    assert len(found) > 2

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from snakebot.arrays import Bools
+from snakebot.arrays import Bools, Floats
 from snakebot.diagnosis.evidence.blocks import MeanDifference
 from snakebot.diagnosis.evidence.gap import Gap, gap_of
 from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING, Scoring
@@ -61,7 +61,9 @@ def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
     added = [term for term in trial.hypothesis.terms if term not in base.hypothesis.terms]
     return all(find_effect(term.effect).everyday for term in added) and any(
         _leaves_something(scoring, base, side)
-        and _falls(scoring, trial, base, _but_the_best(trial, base, side), rows, clear=True)
+        and _falls(
+            scoring, trial, base, but_the_best(trial.held_square, base.held_square, side), rows, clear=True
+        )
         for side in sides
     )
 
@@ -74,10 +76,10 @@ def _leaves_something(scoring: Scoring, trial: Trial, side: Bools) -> bool:
     return excess(scoring, trial, side) > NEXT_TO_NOTHING * excess(scoring, nominal, side)
 
 
-def _but_the_best(trial: Trial, base: Trial, side: Bools) -> Bools:
-    """(B,) a side without the block in which a trial takes most away from its base: a single moment is no cause."""
-    fell = np.where(side, base.held_square - trial.held_square, -np.inf)
-    return np.asarray(side & (np.arange(side.size) != np.argmax(fell)))
+def but_the_best(square: Floats, before: Floats, rows: Bools) -> Bools:
+    """(B,) ``rows`` without the block in which a mean square falls most: a single moment is no cause."""
+    fell = np.where(rows, before - square, -np.inf)
+    return np.asarray(rows & (np.arange(rows.size) != np.argmax(fell)))
 
 
 def _falls(scoring: Scoring, trial: Trial, base: Trial, side: Bools, rows: Bools, *, clear: bool) -> bool:

@@ -117,6 +117,10 @@ class Bench:
         )
         return total / np.maximum(self.size, 1)
 
+    def blocks_of(self, column: int) -> Bools:
+        """(B,) the blocks of one joint (0-based) that are fitted."""
+        return np.asarray((self.evidence.angles.blocks.joint == column) & (self.size > 0))
+
     def over(self, square: Floats, rows: Bools) -> float:
         """What mean squares (B,) are above the allowed ones, in all of some blocks (B,)."""
         return float(np.maximum(square[rows] - self.evidence.angles.allowed_square[rows], 0.0).sum())
@@ -164,7 +168,7 @@ def gain_on_joint(
     """
     angles = bench.evidence.angles
     changed = np.abs(better - worse) > LITTLE * angles.allowed_square
-    rows = changed & (bench.size > 0) & (angles.blocks.joint == joint)
+    rows = changed & bench.blocks_of(joint)
     if not rows.any():
         return MeanDifference(0.0, 0.0)
     gain = 0.5 * (np.log1p(worse / spread_square) - np.log1p(better / spread_square))[rows]
@@ -173,10 +177,9 @@ def gain_on_joint(
 
 def as_wide_as(bench: Bench, square: Floats) -> Floats:
     """(B,) spread at least as wide as what is left on a joint, in the middle of its blocks."""
-    angles = bench.evidence.angles
-    out = angles.allowed_square.copy()
+    out = bench.evidence.angles.allowed_square.copy()
     for j in bench.columns:
-        mine = (angles.blocks.joint == j) & (bench.size > 0)
+        mine = bench.blocks_of(j)
         if mine.any():
             out[mine] = np.maximum(out[mine], float(np.median(square[mine])))
     return out

@@ -20,7 +20,7 @@ from snakebot.diagnosis.fit.hypothesis import Term
 from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, minimise
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.result import LITTLE
-from snakebot.diagnosis.search.acceptance import costs_nothing
+from snakebot.diagnosis.search.acceptance import but_the_best, costs_nothing
 from snakebot.diagnosis.search.bench import Bench, Wear, as_wide_as, gain_on_joint, start_on
 from snakebot.diagnosis.search.everyday import everyday_terms, is_one_of
 from snakebot.diagnosis.search.library import Library
@@ -100,7 +100,7 @@ def _grown(bench: Bench, theta: Floats, kept: Bools, may_grow: Bools, best: Tria
                 wider.append(fitted(some, now.theta))
         before = now
         for u in np.flatnonzero(may_grow).tolist():
-            mine = _of_joint(bench, u)
+            mine = bench.blocks_of(bench.columns[u])
             helpful = [more for more in wider if helps(more, before, u)]
             if helpful:
                 now = now.with_joint(u, mine, min(helpful, key=lambda more: bench.over(more.square, mine)))
@@ -114,13 +114,8 @@ def _grown(bench: Bench, theta: Floats, kept: Bools, may_grow: Bools, best: Tria
         less, before = fitted(some, now.theta), now
         for u in np.flatnonzero(new).tolist():
             if not helps(before, less, u):
-                now = now.with_joint(u, _of_joint(bench, u), less)
+                now = now.with_joint(u, bench.blocks_of(bench.columns[u]), less)
     return None if (now.kept == kept).all() else Wear(bench.terms, bench.joints, now.theta, now.kept)
-
-
-def _of_joint(bench: Bench, u: int) -> Bools:
-    """(B,) the blocks of one joint of the bench that are fitted."""
-    return np.asarray((bench.evidence.angles.blocks.joint == bench.columns[u]) & (bench.size > 0))
 
 
 def _helps(bench: Bench, u: int, spread_square: Floats, more: _Fitted, now: _Fitted) -> bool:
@@ -129,9 +124,8 @@ def _helps(bench: Bench, u: int, spread_square: Floats, more: _Fitted, now: _Fit
     """
     if (more.kept[u] == now.kept[u]).all():
         return False
-    mine = _of_joint(bench, u)
-    fell = np.where(mine, now.square - more.square, -np.inf)
-    but_the_best = mine & (np.arange(mine.size) != np.argmax(fell))
-    if bench.over(more.square, but_the_best) >= (1 - LITTLE) * bench.over(now.square, but_the_best):
+    joint = bench.columns[u]
+    rows = but_the_best(more.square, now.square, bench.blocks_of(joint))
+    if bench.over(more.square, rows) >= (1 - LITTLE) * bench.over(now.square, rows):
         return False
-    return not costs_nothing(gain_on_joint(bench, bench.columns[u], spread_square, more.square, now.square))
+    return not costs_nothing(gain_on_joint(bench, joint, spread_square, more.square, now.square))

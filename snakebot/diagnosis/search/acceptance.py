@@ -69,11 +69,11 @@ def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
 
 
 def _leaves_something(scoring: Scoring, trial: Trial, side: Bools) -> bool:
-    """Whether more than next to nothing of the gap is left, as far as that is known."""
+    """Whether more than next to nothing of the gap is left on a side, as far as that is known."""
     if scoring.nominal_square is None:
         return True
     nominal = replace(trial, held_square=scoring.nominal_square)
-    return excess(scoring, trial, side) > NEXT_TO_NOTHING * excess(scoring, nominal, side)
+    return _leaves_share(scoring, trial, nominal, NEXT_TO_NOTHING, side)
 
 
 def but_the_best(square: Floats, before: Floats, rows: Bools) -> Bools:
@@ -169,12 +169,17 @@ def leaves_next_to_nothing(scoring: Scoring, trial: Trial, nominal: Trial) -> bo
 def _leaves_more(scoring: Scoring, trial: Trial, nominal: Trial, share: float, gap: Gap) -> bool:
     """Whether more than a share of what ``nominal`` leaves is left, of the angles or over ground, where ``gap`` is."""
     return any(
-        there and excess(scoring, trial, side) > share * excess(scoring, nominal, side)
+        there and _leaves_share(scoring, trial, nominal, share, side)
         for there, side in (
             (gap.significant.any(), scoring.of_angles),
             (gap.ground_significant, scoring.of_ground),
         )
     )
+
+
+def _leaves_share(scoring: Scoring, trial: Trial, nominal: Trial, share: float, side: Bools) -> bool:
+    """Whether more than a share of what ``nominal`` leaves on a side is left."""
+    return excess(scoring, trial, side) > share * excess(scoring, nominal, side)
 
 
 def excess_as_fitted(scoring: Scoring, trial: Trial, side: Bools) -> float:

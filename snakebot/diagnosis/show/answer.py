@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from snakebot.diagnosis.result import HALF, LITTLE, MOST_TOLD, AngleClosure, Cause, Diagnosis
+from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
+from snakebot.diagnosis.result import (
+    HALF,
+    LITTLE,
+    MOST_TOLD,
+    AngleClosure,
+    Cause,
+    Diagnosis,
+    SpeedClosure,
+)
 from snakebot.diagnosis.show import certainty
 from snakebot.diagnosis.show.named import (
     cause_sentence,
@@ -41,13 +50,9 @@ def sentence(found: Diagnosis) -> str:
 
 def statement(found: Diagnosis, *, hedged: bool = True) -> str:
     """What is the matter with the robot; ``hedged`` says "probably" or "perhaps" where it is not sure."""
-    count, angle = joint_count(found), found.closure.joint_angle
+    count = joint_count(found)
     if found.verdict == "no_gap":
-        off = in_degrees(angle.rms_before)
-        return (
-            f"The robot does what the simulation says: joint angles are {off} deg off, no more than noise and the "
-            "tolerance of the stated numbers allow."
-        )
+        return _no_gap(found)
     if found.verdict == "unexplained":
         return _unexplained(found, count)
     parts = [_with_rivals(cause, count) for cause in found.causes[:MOST_TOLD]]
@@ -131,6 +136,31 @@ def over_ground(found: Diagnosis) -> bool:
     return speed.closed is not None or any(cause.stage == "body" for cause in found.causes)
 
 
+def _no_gap(found: Diagnosis) -> str:
+    off = in_degrees(found.closure.joint_angle.rms_before)
+    text = (
+        f"The robot does what the simulation says: joint angles are {off} deg off, no more than noise and the "
+        "tolerance of the stated numbers allow."
+    )
+    speed = _allowed_speed_error(found)
+    if speed is None or speed.rms_measured is None:
+        return text
+    share = share_in_words(speed.error_before / speed.rms_measured)
+    return (
+        f"{text} Its forward speed is {three(speed.error_before)} m/s off, {share} of it. Friction and mass within "
+        "their tolerance, and servos that ripple between set-points, may do that: these runs cannot tell."
+    )
+
+
+def _allowed_speed_error(found: Diagnosis) -> SpeedClosure | None:
+    """The error of the forward speed where there is no gap, if it is more than noise and more than next to nothing."""
+    speed = found.closure.forward_speed
+    if found.verdict != "no_gap" or speed is None or speed.rms_measured is None:
+        return None
+    small = speed.error_before <= NEXT_TO_NOTHING * speed.rms_measured
+    return None if small or (speed.floor or 0.0) >= HALF * speed.error_before else speed
+
+
 def _unexplained(found: Diagnosis, count: int) -> str:
     angle, speed = found.closure.joint_angle, found.closure.forward_speed
     if found.where.joints and found.where.stage != "body":
@@ -163,12 +193,16 @@ def advice(found: Diagnosis) -> list[Advice]:
     out: list[Advice] = []
     count, run = joint_count(found), found.next_experiment
     if found.verdict == "no_gap":
-        return [
-            Advice(
-                SIMULATION,
-                "Use it as it is. Smaller effects show with a repeated run and tighter `tolerance:`.",
+        off = _allowed_speed_error(found) is not None
+        if off:
+            tip = (
+                "Set-points sent more often (`--rate`) leave servos less to ripple, and friction and mass that are "
+                "measured, with a tighter `tolerance:`, account for less: a slope or a drag shows then."
             )
-        ]
+            out.append(Advice(RUN, tip))
+        what = "Use it as it is for joint angles." if off else "Use it as it is."
+        more = "Smaller effects show with a repeated run and tighter `tolerance:`."
+        return [*out, Advice(SIMULATION, f"{what} {more}")]
     if found.verdict == "unexplained":
         at = joints_in_words(found.where.joints, count) if found.where.joints else "the robot"
         out.append(Advice(ROBOT, f"Watch {at}: {found.where.regime}."))

@@ -36,6 +36,10 @@ STATED = {  # numbers of a robot's description: what they are called, and the un
 IN_SI_UNIT = {"ms": 1000.0}  # how many of these are in one SI unit, by definition; of others one
 
 
+def _in_si_unit(unit: str) -> float:
+    return IN_SI_UNIT.get(unit, 1.0)
+
+
 def add_numbers(section: Section, found: Diagnosis) -> None:
     """What the numbers of the causes are."""
     rows: list[list[object]] = []
@@ -187,9 +191,7 @@ def _not_told(found: Diagnosis, robot: Robot) -> list[list[object]]:
         called, unit = STATED[name]
         kind = {"friction": "friction", "servo": "delay"}.get(name.split(".")[0])
         why = "see the cause" if kind in set_by_cause else "not told by these runs"
-        rows.append(
-            [called, "the robot", f"{_listed(value, IN_SI_UNIT.get(unit, 1.0))} {unit}", why, "", "", ""]
-        )
+        rows.append([called, "the robot", f"{_listed(value, _in_si_unit(unit))} {unit}", why, "", "", ""])
     return rows + [[called, "the robot", value, "taken as stated", "", "", ""] for called, value in exact]
 
 
@@ -202,7 +204,7 @@ def _listed(value: float | tuple[float, ...], factor: float = 1.0) -> str:
 
 def _stated_row(number: StatedNumber, count: int) -> list[object]:
     called, unit = STATED.get(number.number, (number.number.replace("_", " "), ""))
-    factor = IN_SI_UNIT.get(unit, 1.0)
+    factor = _in_si_unit(unit)
     off = number.estimate - number.stated
     times = abs(off) / number.tolerance if number.tolerance > 0 else 0.0
     word = "far off" if times > BEYOND_CHANCE else "off" if times > OFF else "as stated"

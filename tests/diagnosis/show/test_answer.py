@@ -7,6 +7,7 @@ import re
 import pytest
 from answers import KINDS, LIMIT, NEXT, SCALE, made
 
+from snakebot.diagnosis.result import SpeedClosure
 from snakebot.diagnosis.show.answer import advice, sentence, with_words
 from snakebot.diagnosis.show.certainty import why, word
 from snakebot.diagnosis.show.first_screen import first_screen
@@ -208,3 +209,21 @@ def test_a_tie_on_a_slow_log_says_both() -> None:
     found = made("explained", SCALE.model_copy(update={"probability": 0.7}), slow=True)
     assert word(found) == "a tie"
     assert why(found).endswith("; the log is slow, too")
+
+
+@pytest.mark.parametrize(
+    ("error_m_s", "floor_m_s", "told"),
+    [(0.03, 0.002, True), (0.03, 0.016, False), (0.009, 0.002, False)],
+)
+def test_a_speed_that_is_off_within_what_is_allowed_is_told_where_there_is_no_gap(
+    error_m_s: float, floor_m_s: float, told: bool
+) -> None:
+    """Of 0.2 m/s: more than noise, and more than next to nothing."""
+    found = KINDS["no gap"]()
+    speed = SpeedClosure(
+        error_before=error_m_s, error_after=error_m_s, rms_measured=0.2, floor=floor_m_s, closed=None
+    )
+    found = found.model_copy(update={"closure": found.closure.model_copy(update={"forward_speed": speed})})
+    assert ("Its forward speed is 0.0300 m/s off, 15 % of it." in sentence(found)) is told
+    assert any("--rate" in one.text for one in advice(found)) is told
+    assert any("for joint angles" in one.text for one in advice(found)) is told

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -15,9 +15,10 @@ from snakebot.diagnosis.fit.fit_runs import StackedAngles
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
 from snakebot.diagnosis.fit.least_squares import refit
 from snakebot.diagnosis.fit.step import Problem
+from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.candidate import SIZE_BESIDE, Candidate, start_values
-from snakebot.diagnosis.search.everyday import is_one_of
+from snakebot.diagnosis.search.everyday import everyday_terms, is_one_of
 from snakebot.diagnosis.search.library import Library
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
@@ -142,6 +143,48 @@ class Bench:
             mine = np.isin(run_of, fold.score)
             held[mine] = self.square(problem.residual(near.theta))[mine]
         return held
+
+
+@dataclass(frozen=True, eq=False)
+class LaidOut:
+    """What an explanation says of each joint, on a bench.
+
+    Attributes:
+        theta: (U, p) parameters of each joint; of an effect that it lacks, where a fit of it may begin.
+        kept: (U, K) effects that it has.
+    """
+
+    bench: Bench
+    theta: Floats
+    kept: Bools
+
+
+def laid_out(evidence: Evidence, library: Library, best: Trial, also: Collection[int]) -> LaidOut | None:
+    """The everyday effects of which ``best`` says that joints have their own, joint by joint, beside all else that it
+    says: of the joints that have one, and of ``also`` (1-based). None where all of these are there in another kind.
+    """
+    everyday = everyday_terms(library)
+    parts = list(zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True))
+    taken = {term.effect for term, _ in parts if not _is_of_joints(everyday, term)}
+    of_joints = [(term, values) for term, values in parts if term.effect not in taken]
+    terms = tuple(term for term in everyday if term.effect not in taken)
+    joints = tuple(sorted({*also}.union(*(term.joints or () for term, _ in of_joints))))
+    if not terms or not joints:
+        return None
+    rest = [spec for term, values in parts if term.effect in taken for spec in term.specs(values.tolist())]
+    bench = Bench(evidence, terms, joints, rest)
+    theta, kept = start_on(bench, library), np.zeros((len(joints), len(terms)), dtype=bool)
+    for term, values in of_joints:
+        k = next(i for i, other in enumerate(terms) if other.effect == term.effect)
+        for joint, row in zip(term.joints or (), values.reshape(-1, len(terms[k].open)), strict=True):
+            kept[joints.index(joint), k] = True
+            theta[joints.index(joint), bench.parts[k]] = row
+    return LaidOut(bench, theta, kept)
+
+
+def _is_of_joints(everyday: Sequence[Term], term: Term) -> bool:
+    """Whether a term is an everyday effect of which each joint has its own."""
+    return is_one_of(everyday, term) and term.joints is not None and len(term.alike) == len(term.joints)
 
 
 def start_on(bench: Bench, library: Library) -> Floats:

@@ -8,7 +8,6 @@ Classification and Regression Trees, 1984, section 3.4.3, by which less is said 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,49 +15,29 @@ import numpy as np
 from snakebot.arrays import Bools, Floats
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.fit.hypothesis import Term
 from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, minimise
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.acceptance import but_the_best, costs_nothing
-from snakebot.diagnosis.search.bench import Bench, Wear, as_wide_as, gain_on_joint, start_on
-from snakebot.diagnosis.search.everyday import everyday_terms, is_one_of
+from snakebot.diagnosis.search.bench import Bench, Wear, as_wide_as, gain_on_joint, laid_out
 from snakebot.diagnosis.search.library import Library
 
 
 def regained(evidence: Evidence, library: Library, best: Trial) -> Trial:
     """``best`` with the everyday effects that help joints on which it leaves a gap; ``best`` itself where none does."""
-    everyday = everyday_terms(library)
-    parts = list(zip(best.hypothesis.terms, best.hypothesis.split(best.theta), strict=True))
-    taken = {term.effect for term, _ in parts if not _is_of_joints(everyday, term)}
-    of_joints = [(term, values) for term, values in parts if term.effect not in taken]
-    others = [(term, values) for term, values in parts if term.effect in taken]
-    terms = tuple(term for term in everyday if term.effect not in taken)
     gap = gap_of(evidence.scoring, best.held_square).significant
-    if not terms or not gap.any():
-        return best
     with_gap = {int(j) + 1 for j in np.flatnonzero(gap)}
-    joints = tuple(sorted(with_gap.union(*(term.joints or () for term, _ in of_joints))))
-    rest = [spec for term, values in others for spec in term.specs(values.tolist())]
-    bench = Bench(evidence, terms, joints, rest)
-    theta, kept = start_on(bench, library), np.zeros((len(joints), len(terms)), dtype=bool)
-    for term, values in of_joints:
-        k = next(i for i, other in enumerate(terms) if other.effect == term.effect)
-        for joint, row in zip(term.joints or (), values.reshape(-1, len(terms[k].open)), strict=True):
-            kept[joints.index(joint), k] = True
-            theta[joints.index(joint), bench.parts[k]] = row
-    found = _grown(bench, theta, kept, np.isin(joints, list(with_gap)), best)
+    laid = laid_out(evidence, library, best, with_gap)
+    if laid is None or not with_gap:
+        return best
+    bench = laid.bench
+    found = _grown(bench, laid.theta, laid.kept, np.isin(bench.joints, list(with_gap)), best)
     candidate = None if found is None else found.added_to(best.hypothesis, best.theta)
     if candidate is None:
         return best
     trial = run_trial(evidence, candidate.hypothesis, candidate.starts)
     loss = evidence.scoring.gain(best.held_square, trial.held_square)
     return trial if costs_nothing(loss) else best
-
-
-def _is_of_joints(everyday: Sequence[Term], term: Term) -> bool:
-    """Whether a term is an everyday effect of which each joint has its own."""
-    return is_one_of(everyday, term) and term.joints is not None and len(term.alike) == len(term.joints)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 
 from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
 from snakebot.diagnosis.result import (
@@ -106,12 +107,26 @@ def effect_on_error(found: Diagnosis) -> list[str]:
         lines.append(
             f"Within a cycle, sideways and turning too, it closes {told} of the gap beyond tolerance."
         )
-    tolerated = _tolerated(angle)
-    if not over_ground(found) and tolerated is not None:
-        lines.append(tolerated)
+    if not over_ground(found):
+        lines += [line for line in (_on_its_joints(found), _tolerated(angle)) if line is not None]
     if found.verdict == "partly":
         lines.append(f"The other {100 * found.unexplained.share:.0f} % no known effect explains.")
     return lines
+
+
+def _on_its_joints(found: Diagnosis) -> str | None:
+    """How far the error falls on the joints of the causes, where it falls little on all together; None elsewhere."""
+    closed = found.closure.joint_angle.closed
+    joints = {joint for cause in found.causes for joint in cause.joints}
+    rows = [row for row in found.closure.by_joint if row.joint in joints]
+    if closed is None or closed >= HALF or not rows or len(rows) == len(found.closure.by_joint):
+        return None
+    before, after = (
+        sqrt(sum(value**2 for value in values) / len(rows))
+        for values in ([row.rms_before for row in rows], [row.rms_after for row in rows])
+    )
+    on = joints_in_words(tuple(sorted(joints)), joint_count(found))
+    return f"On {on} it falls from {in_degrees(before)} to {in_degrees(after)} deg."
 
 
 def _tolerated(angle: AngleClosure) -> str | None:

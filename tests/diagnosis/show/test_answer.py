@@ -7,7 +7,7 @@ import re
 import pytest
 from answers import KINDS, LIMIT, NEXT, SCALE, made
 
-from snakebot.diagnosis.result import SpeedClosure
+from snakebot.diagnosis.result import JointClosure, SpeedClosure
 from snakebot.diagnosis.show.answer import advice, sentence, with_words
 from snakebot.diagnosis.show.certainty import why, word
 from snakebot.diagnosis.show.first_screen import first_screen
@@ -227,3 +227,21 @@ def test_a_speed_that_is_off_within_what_is_allowed_is_told_where_there_is_no_ga
     assert ("Its forward speed is 0.0300 m/s off, 15 % of it." in sentence(found)) is told
     assert any("--rate" in one.text for one in advice(found)) is told
     assert any("for joint angles" in one.text for one in advice(found)) is told
+
+
+def test_where_little_falls_in_all_it_is_told_of_the_joints_of_the_cause() -> None:
+    found = made("explained", LIMIT, closed=0.3)
+    rows = tuple(
+        JointClosure(joint=j, rms_before=0.01 if j == 3 else 0.005, rms_after=0.001 if j == 3 else 0.005, rms_floor=0.0)
+        for j in range(1, 6)
+    )  # fmt: skip
+    told = "On joint 3 it falls from 0.573 to 0.0573 deg."
+
+    def said(closed: float, by_joint: tuple[JointClosure, ...]) -> str:
+        angle = found.closure.joint_angle.model_copy(update={"closed": closed})
+        closure = found.closure.model_copy(update={"joint_angle": angle, "by_joint": by_joint})
+        return sentence(found.model_copy(update={"closure": closure}))
+
+    assert told in said(0.3, rows)
+    assert told not in said(0.9, rows)  # said of all of them
+    assert "On joint 3" not in said(0.3, rows[2:3])  # there is no other

@@ -155,14 +155,39 @@ def _without_uninformed(
         # Those torques are of another motion: with a play that the load takes up they may lead anywhere.
         before, after = (_cost(evidence, hypothesis, theta, fold.fit) for theta in (start, found))
         if after > before:
-            return fit_runs(evidence, hypothesis, [start], fold.fit, FEWEST_STEPS, only=far).theta
-    return found
+            found = fit_runs(evidence, hypothesis, [start], fold.fit, FEWEST_STEPS, only=far).theta
+    return _without_unmet(evidence, hypothesis, found, far, fold.fit)
 
 
-def _cost(evidence: Evidence, hypothesis: Hypothesis, theta: Floats, runs: tuple[int, ...]) -> float:
+def _without_unmet(
+    evidence: Evidence, hypothesis: Hypothesis, theta: Floats, searched: Bools, runs: tuple[int, ...]
+) -> Floats:
+    """``theta`` (p,), nan for effects all of whose parameters were ``searched`` for (p,), and without which the runs
+    are not clearly less likely: a limit that they never meet ends where they would just not meet it.
+    """
+    out = theta.copy()
+    for own in hypothesis.alike:
+        if searched[own].all():
+            without = out.copy()
+            without[own] = np.nan
+            gone, there = (_cost(evidence, hypothesis, some, runs, rough=True) for some in (without, out))
+            if gone - there < CLEAR_SE**2:  # twice the logarithm of a likelihood ratio
+                out = without
+    return out
+
+
+def _cost(
+    evidence: Evidence,
+    hypothesis: Hypothesis,
+    theta: Floats,
+    runs: tuple[int, ...],
+    *,
+    rough: bool = False,
+) -> float:
     """What parameters (p,) leave of the angles in some runs: the loss of a fit, each block weighing the same."""
     angles, made = evidence.angles, list(evidence.predictor.nominal)
-    for index, reading in zip(runs, evidence.predictor.readings(hypothesis.specs(theta), runs), strict=True):
+    readings = evidence.predictor.readings(hypothesis.specs(theta), runs, rough=rough)
+    for index, reading in zip(runs, readings, strict=True):
         made[index] = reading
     left = angles.residuals(made, angles.shifts_s(made, runs, shift_limits(angles, hypothesis)))
     rows = np.isin(angles.blocks.run, runs)

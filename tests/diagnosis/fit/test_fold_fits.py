@@ -12,7 +12,7 @@ from snakebot.diagnosis import diagnose
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.fit.fit_runs import fit_runs
-from snakebot.diagnosis.fit.fold_fits import NEAR_STEPS
+from snakebot.diagnosis.fit.fold_fits import NEAR_STEPS, _without_unmet
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.search.search import only_fitted
@@ -46,6 +46,26 @@ def test_a_limit_that_one_run_reaches_is_absent_where_that_run_is_left_out() -> 
     assert trial.held_square[mine].mean() > 100 * trial.fitted_square[mine].mean()
     others = [theta for i, theta in enumerate(trial.run_theta) if i != fast]
     assert np.concatenate(others) == pytest.approx(1.5, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("limit_rad_s", "found_rad_s", "stays"),
+    [
+        (5.0, 0.51, False),  # the fastest of the runs turns at 0.52 rad/s: it just does not meet it
+        (5.0, 0.2, False),  # without it they are likelier
+        (0.3, 0.3, True),
+    ],
+)
+def test_a_limit_that_was_searched_for_stays_where_the_runs_are_less_likely_without_it(
+    limit_rad_s: float, found_rad_s: float, stays: bool
+) -> None:
+    robot, hypothesis = bench(1), Hypothesis((Term("rate_limit", None),))
+    evidence = gather(prepare(make_session(robot, [f"rate_limit:limit_rad_s={limit_rad_s}"], gaits=ONE_FAST)))
+    slow = tuple(i for i, run in enumerate(evidence.data.runs) if run.name != "run_02.csv")
+    found, searched = np.array([found_rad_s]), np.array([True])
+    left = _without_unmet(evidence, hypothesis, found, searched, slow)
+    assert np.array_equal(left, found if stays else [np.nan], equal_nan=True)
+    assert np.array_equal(_without_unmet(evidence, hypothesis, found, ~searched, slow), found)
 
 
 def test_where_every_fold_sees_a_parameter_its_fit_stands() -> None:

@@ -11,8 +11,8 @@ from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import mean_difference
 from snakebot.diagnosis.evidence.data import CLEARLY_MORE, MIN_SAMPLES
 from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN
-from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING, Scoring
-from snakebot.diagnosis.result import BEYOND_CHANCE
+from snakebot.diagnosis.evidence.score import Scoring
+from snakebot.diagnosis.result import BEYOND_CHANCE, NEXT_TO_NOTHING
 
 # Mean square over the allowed one, above which there is a gap: the floor is an estimate itself; chosen.
 GAP_RATIO = 1.3

@@ -19,8 +19,6 @@ from snakebot.diagnosis.evidence.blocks import MeanDifference, mean_difference
 GROUND = -1  # "joint" of the blocks of the motion over ground, by definition
 # Difference of two mean scores below which there is no ground to prefer one: 4 % of the mean square; chosen.
 ALIKE = 0.02
-# Part of a gap, a change, a standard deviation or a certainty, that is neglected; chosen.
-NEXT_TO_NOTHING = 0.05
 
 
 @dataclass(frozen=True, eq=False)

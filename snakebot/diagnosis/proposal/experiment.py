@@ -15,7 +15,7 @@ import numpy as np
 
 from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import ALIKE, NEXT_TO_NOTHING
+from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, MenuMotion, menu, motion_of
@@ -27,7 +27,7 @@ from snakebot.diagnosis.proposal.separation import (
     lead_of,
     times_noise,
 )
-from snakebot.diagnosis.result import LOWEST, NextExperiment
+from snakebot.diagnosis.result import LOWEST, NEXT_TO_NOTHING, NextExperiment
 from snakebot.diagnosis.search.rounds import LOOKED_AT
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.trial import ROUGH_STEPS
 from snakebot.diagnosis.proposal.separation import (
@@ -23,7 +22,7 @@ from snakebot.diagnosis.proposal.separation import (
     bounded,
     shift,
 )
-from snakebot.diagnosis.result import LITTLE, OFF
+from snakebot.diagnosis.result import LITTLE, NEXT_TO_NOTHING, OFF
 from snakebot.effects.spec import EffectSpec
 
 NEAR = 0.3  # lead under which the rival is refitted, from where it is; chosen

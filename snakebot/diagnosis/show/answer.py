@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sqrt
 
-from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
 from snakebot.diagnosis.result import (
     HALF,
     LITTLE,
     MOST_TOLD,
+    NEXT_TO_NOTHING,
     AngleClosure,
     Cause,
     Diagnosis,

@@ -18,10 +18,9 @@ from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.blocks import mean_difference
 from snakebot.diagnosis.evidence.data import MIN_SAMPLES
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial, trial_at
-from snakebot.diagnosis.result import BEYOND_CHANCE, Cause
+from snakebot.diagnosis.result import BEYOND_CHANCE, NEXT_TO_NOTHING, Cause
 from snakebot.diagnosis.verdict.joints import joints_of
 
 # Rms of the curve over that of what an explanation changes, from which on it tells. Measured: 0 to 2 % in robots whose

@@ -20,10 +20,9 @@ from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import resample
 from snakebot.diagnosis.evidence.data import FEWEST_TO_COMPARE
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
 from snakebot.diagnosis.fit.fit_runs import ground_residuals
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import LITTLE, BudgetEntry, Cause
+from snakebot.diagnosis.result import LITTLE, NEXT_TO_NOTHING, BudgetEntry, Cause
 from snakebot.diagnosis.search.rounds import MANY_TERMS
 from snakebot.diagnosis.verdict.closure import DRAWS, ends_of_95_percent
 from snakebot.effects.spec import EffectSpec

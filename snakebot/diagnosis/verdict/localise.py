@@ -17,10 +17,9 @@ from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.gap import Gap
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
-from snakebot.diagnosis.evidence.score import NEXT_TO_NOTHING
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import StageShares
+from snakebot.diagnosis.result import NEXT_TO_NOTHING, StageShares
 
 TURN_ARM_M = 0.05  # by which a turn rate becomes a speed, to be compared with one, m; chosen
 

@@ -21,9 +21,7 @@ LITTLE = 0.1  # share, below which a part is little beside the whole, or one num
 CLEAR_SE = 2.0  # standard errors that make a difference a clear one: 95 %; chosen
 OFF = 1.5  # standard deviations of what is believed of a number, by which it is off that; chosen
 BEYOND_CHANCE = 3.0  # standard deviations or errors that chance hardly reaches: 0.3 %; chosen
-NEXT_TO_NOTHING = (
-    0.05  # part of a gap, a change, a standard deviation or a certainty, that is neglected; chosen
-)
+NEXT_TO_NOTHING = 0.05  # share of a gap, a change, a spread or a certainty, that is neglected; chosen
 NO_PERCENT = 0.005  # of a share, below which it is none: 0 % in whole per cent, by definition
 
 Verdict = Literal["explained", "partly", "no_gap", "unexplained"]

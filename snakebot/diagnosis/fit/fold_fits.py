@@ -162,12 +162,12 @@ def _without_uninformed(
 def _without_unmet(
     evidence: Evidence, hypothesis: Hypothesis, theta: Floats, searched: Bools, runs: tuple[int, ...]
 ) -> Floats:
-    """``theta`` (p,), nan for effects all of whose parameters were ``searched`` for (p,), and without which the runs
-    are not clearly less likely: a limit that they never meet ends where they would just not meet it.
+    """``theta`` (p,), nan for effects all of whose parameters were ``searched`` for (p,), and without which the joint
+    angles of the runs are not clearly less likely: a limit that they never meet ends where they would just not meet it.
     """
-    out = theta.copy()
+    out, body = theta.copy(), of_body(hypothesis)
     for own in hypothesis.alike:
-        if searched[own].all():
+        if searched[own].all() and not body[own].any():
             without = out.copy()
             without[own] = np.nan
             gone, there = (_cost(evidence, hypothesis, some, runs, rough=True) for some in (without, out))

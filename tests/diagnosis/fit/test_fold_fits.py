@@ -68,6 +68,13 @@ def test_a_limit_that_was_searched_for_stays_where_the_runs_are_less_likely_with
     assert np.array_equal(_without_unmet(evidence, hypothesis, found, ~searched, slow), found)
 
 
+def test_joint_angles_say_nothing_of_what_is_over_ground() -> None:
+    evidence = gather(prepare(make_session(snake(), ["slope:angle_deg=2"], duration_s=3.0)))
+    hypothesis, found = Hypothesis((Term("slope", None),)), np.array([2.0])
+    left = _without_unmet(evidence, hypothesis, found, np.array([True]), (0, 1))
+    assert np.array_equal(left, found)
+
+
 def test_where_every_fold_sees_a_parameter_its_fit_stands() -> None:
     evidence, trial = tried(bench(1), "rate_limit:limit_rad_s=0.3", Term("rate_limit", None), 0.3)
     for fold in evidence.split.folds:

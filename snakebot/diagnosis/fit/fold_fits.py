@@ -9,6 +9,8 @@ the search begins there.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from snakebot.arrays import Bools, Floats
@@ -118,13 +120,9 @@ def _without_uninformed(
     """
     if not uninformed.any():
         return theta
-    out = theta.copy()
-    for own in hypothesis.alike:
-        if uninformed[own].all():
-            without = out.copy()
-            without[own] = np.nan
-            if not _shows(evidence, hypothesis, out, without, fold.fit):
-                out = without
+    out = _without_idle(
+        hypothesis, theta, uninformed, lambda a, b: not _shows(evidence, hypothesis, a, b, fold.fit)
+    )
     absent = np.isnan(out)
     far = uninformed & ~absent
     if not far.any():
@@ -165,13 +163,26 @@ def _without_unmet(
     """``theta`` (p,), nan for effects all of whose parameters were ``searched`` for (p,), and without which the joint
     angles of the runs are not clearly less likely: a limit that they never meet ends where they would just not meet it.
     """
-    out, body = theta.copy(), of_body(hypothesis)
+
+    def is_unmet(there: Floats, gone: Floats) -> bool:
+        with_it, without = (_cost(evidence, hypothesis, some, runs, rough=True) for some in (there, gone))
+        return without - with_it < CLEAR_SE**2  # twice the logarithm of a likelihood ratio
+
+    return _without_idle(hypothesis, theta, searched & ~of_body(hypothesis), is_unmet)
+
+
+def _without_idle(
+    hypothesis: Hypothesis, theta: Floats, asked: Bools, is_idle: Callable[[Floats, Floats], bool]
+) -> Floats:
+    """``theta`` (p,), nan for the effects all of whose parameters are ``asked`` about (p,) and which are idle: that is
+    said of the parameters with the effect, and without it.
+    """
+    out = theta.copy()
     for own in hypothesis.alike:
-        if searched[own].all() and not body[own].any():
+        if asked[own].all():
             without = out.copy()
             without[own] = np.nan
-            gone, there = (_cost(evidence, hypothesis, some, runs, rough=True) for some in (without, out))
-            if gone - there < CLEAR_SE**2:  # twice the logarithm of a likelihood ratio
+            if is_idle(out, without):
                 out = without
     return out
 

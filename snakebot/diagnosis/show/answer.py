@@ -13,7 +13,6 @@ from snakebot.diagnosis.result import (
     AngleClosure,
     Cause,
     Diagnosis,
-    SpeedClosure,
 )
 from snakebot.diagnosis.show import certainty
 from snakebot.diagnosis.show.named import (
@@ -157,23 +156,24 @@ def _no_gap(found: Diagnosis) -> str:
         f"The robot does what the simulation says: joint angles are {off} deg off, no more than noise and the "
         "tolerance of the stated numbers allow."
     )
-    speed = _allowed_speed_error(found)
-    if speed is None or speed.rms_measured is None:
+    off_m_s, share = _allowed_speed_error(found)
+    if not share:
         return text
-    share = share_in_words(speed.error_before / speed.rms_measured)
     return (
-        f"{text} Its forward speed is {three(speed.error_before)} m/s off, {share} of it. Friction and mass within "
-        "their tolerance, and servos that ripple between set-points, may do that: these runs cannot tell."
+        f"{text} Its forward speed is {three(off_m_s)} m/s off, {share_in_words(share)} of it. Friction and mass "
+        "within their tolerance, and servos that ripple between set-points, may do that: these runs cannot tell."
     )
 
 
-def _allowed_speed_error(found: Diagnosis) -> SpeedClosure | None:
-    """The error of the forward speed where there is no gap, if it is more than noise and more than next to nothing."""
+def _allowed_speed_error(found: Diagnosis) -> tuple[float, float]:
+    """Error of the forward speed (m/s) where there is no gap, and its share of the speed: none that is noise, or next
+    to nothing.
+    """
     speed = found.closure.forward_speed
-    if found.verdict != "no_gap" or speed is None or speed.rms_measured is None:
-        return None
-    small = speed.error_before <= NEXT_TO_NOTHING * speed.rms_measured
-    return None if small or (speed.floor or 0.0) >= HALF * speed.error_before else speed
+    if speed is None or not speed.rms_measured or (speed.floor or 0.0) >= HALF * speed.error_before:
+        return 0.0, 0.0
+    share = speed.error_before / speed.rms_measured
+    return (speed.error_before, share) if share > NEXT_TO_NOTHING else (0.0, 0.0)
 
 
 def _unexplained(found: Diagnosis, count: int) -> str:
@@ -208,14 +208,14 @@ def advice(found: Diagnosis) -> list[Advice]:
     out: list[Advice] = []
     count, run = joint_count(found), found.next_experiment
     if found.verdict == "no_gap":
-        off = _allowed_speed_error(found) is not None
-        if off:
+        _, share_off = _allowed_speed_error(found)
+        if share_off:
             tip = (
                 "Set-points sent more often (`--rate`) leave servos less to ripple, and friction and mass that are "
                 "measured, with a tighter `tolerance:`, account for less: a slope or a drag shows then."
             )
             out.append(Advice(RUN, tip))
-        what = "Use it as it is for joint angles." if off else "Use it as it is."
+        what = "Use it as it is for joint angles." if share_off else "Use it as it is."
         more = "Smaller effects show with a repeated run and tighter `tolerance:`."
         return [*out, Advice(SIMULATION, f"{what} {more}")]
     if found.verdict == "unexplained":

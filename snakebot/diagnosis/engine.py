@@ -18,6 +18,7 @@ from snakebot.diagnosis.options import Options, ProgressCallback
 from snakebot.diagnosis.proposal.experiment import Proposal, propose
 from snakebot.diagnosis.result import Diagnosis
 from snakebot.diagnosis.search.library import usable_effects
+from snakebot.diagnosis.search.plainly import usual_of
 from snakebot.diagnosis.search.random_loss import with_random_loss
 from snakebot.diagnosis.search.search import search
 from snakebot.diagnosis.show.answer import with_words
@@ -25,7 +26,7 @@ from snakebot.diagnosis.verdict.at_end import at_end
 from snakebot.diagnosis.verdict.bend import bent
 from snakebot.diagnosis.verdict.conclude import conclude
 from snakebot.diagnosis.verdict.decision import judge
-from snakebot.diagnosis.verdict.left_out import left_out
+from snakebot.diagnosis.verdict.left_out import left_out, other_words
 from snakebot.effects.registry import find_effect
 from snakebot.errors import BadInputError
 from snakebot.runlog import Session
@@ -101,6 +102,7 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
     doubts = (*map(at_end, conclusion.causes), bent(conclusion.causes))
     warnings += [text for text in doubts if text is not None]
     warnings += left_out(named, options)
+    warnings += other_words(conclusion.causes, usual_of(evidence), options)
 
     proposal = Proposal(None, None)
     if not options.quick and conclusion.open_rivals:

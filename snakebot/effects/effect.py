@@ -26,7 +26,9 @@ Start = dict[str, float | tuple[float, ...]]
 Moment = Literal["mean", "scatter"]
 
 
-NO_TORQUE = 0.05  # share of the usual load, below which a servo holds nothing; chosen
+# Share of the usual load (root mean square), below which a servo holds nothing; chosen: under a load that goes as a
+# sine it is then at its limit for nine tenths of the time.
+NO_TORQUE = 0.2
 
 
 class Usual(NamedTuple):

@@ -75,6 +75,10 @@ def test_a_free_joint_needs_a_body_to_say_how_it_swings() -> None:
 def test_a_torque_limit_that_holds_nothing_is_a_free_joint() -> None:
     limit = find_effect("torque_limit")
     assert limit.plainer({"limit_nm": 0.01}, Usual(1.0, 1.0)) == ("joint_free", {})
+    assert limit.plainer({"limit_nm": 0.15}, Usual(1.0, 1.0)) == (
+        "joint_free",
+        {},
+    )  # at its limit nearly always
     assert limit.plainer({"limit_nm": 0.5}, Usual(1.0, 1.0)) is None
     assert limit.plainer({"limit_nm": 0.01}, Usual(0.0, 1.0)) is None  # no load is known
 
@@ -116,6 +120,12 @@ def test_a_board_runs_on_the_clock_of_its_effects(ppm: float) -> None:
         ),
         ("voltage_sag", {"initial_rad_s": 2.0, "drop_per_s": 0.0}, "rate_limit", {"limit_rad_s": 2.0}),
         ("torque_speed", {"no_load_rad_s": 2.0, "stall_nm": 500.0}, "rate_limit", {"limit_rad_s": 2.0}),
+        (
+            "second_order",
+            {"natural_freq_rad_s": 200.0, "damping_ratio": 4.0},
+            "servo_lag",
+            {"time_constant_s": 0.04},
+        ),
     ],
 )
 def test_an_effect_without_what_makes_it_special_is_a_plainer_one(
@@ -123,9 +133,10 @@ def test_an_effect_without_what_makes_it_special_is_a_plainer_one(
 ) -> None:
     usual = Usual(load_nm=1.0, rate_rad_s=1.0)
     assert find_effect(effect).plainer(values, usual) == (plain, start)
-    special = {"joint_friction": "coulomb_nm", "voltage_sag": "drop_per_s", "torque_speed": "stall_nm"}[
-        effect
-    ]
+    special = {
+        "joint_friction": "coulomb_nm", "voltage_sag": "drop_per_s", "torque_speed": "stall_nm",
+        "second_order": "damping_ratio",
+    }[effect]  # fmt: skip
     assert find_effect(effect).plainer({**values, special: 0.5}, usual) is None
 
 

@@ -40,7 +40,7 @@ def by_plainer_effects(evidence: Evidence, library: Library, nominal: Trial, bes
     servo that holds next to nothing, one that is dead predicts a little worse, as it has no number to be fitted.
     """
     usable = {effect.name: effect for effect in library.effects}
-    usual = _usual(evidence)
+    usual = usual_of(evidence)
     for term in best.hypothesis.terms:
         index = best.hypothesis.terms.index(term)
         fitted = best.hypothesis.split(best.theta)[index].tolist()
@@ -80,8 +80,8 @@ def _shared(evidence: Evidence, best: Trial) -> Trial:
     return best
 
 
-def _usual(evidence: Evidence) -> Usual:
-    """Of the measured motion of the runs that may be fitted."""
+def usual_of(evidence: Evidence) -> Usual:
+    """Load and speed of the joints in the nominal and the measured motion of the runs that may be fitted."""
     simulator, runs = evidence.predictor.simulator, evidence.split.free
     loads = [load for load in map(simulator.load, runs) if load is not None]
     times = [evidence.data.runs[i].t_s for i in runs]

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from snakebot.diagnosis.result import LITTLE, NO_PERCENT, Cause, Estimate
+from snakebot.diagnosis.verdict.probability import at_most
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect
 
@@ -30,9 +31,10 @@ def at_end(cause: Cause) -> str | None:
 
 def held_back(cause: Cause) -> Cause:
     """The cause, with no more probability than one at its end may have."""
-    if at_end(cause) is None or cause.probability <= MOST_AT_END:
+    if at_end(cause) is None:
         return cause
-    return cause.model_copy(update={"probability": MOST_AT_END})
+    (cause,) = at_most([cause], MOST_AT_END)
+    return cause
 
 
 def _asks_for_more(parameter: Parameter, estimate: Estimate) -> bool:

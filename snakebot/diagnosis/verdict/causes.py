@@ -26,6 +26,7 @@ from snakebot.diagnosis.result import (
 )
 from snakebot.diagnosis.search.acceptance import lead, touched
 from snakebot.diagnosis.search.groups import degenerate, indistinguishable
+from snakebot.diagnosis.search.plainly import usual_of
 from snakebot.diagnosis.search.rounds import MANY_TERMS
 from snakebot.diagnosis.search.search import SearchResult, without_term
 from snakebot.diagnosis.verdict.at_end import held_back
@@ -33,6 +34,7 @@ from snakebot.diagnosis.verdict.bend import less_sure
 from snakebot.diagnosis.verdict.closure import angle_closure, forward_speeds, speed_closure
 from snakebot.diagnosis.verdict.decision import Judgement
 from snakebot.diagnosis.verdict.joints import joints_of
+from snakebot.diagnosis.verdict.left_out import held_back_as_another_word
 from snakebot.diagnosis.verdict.noise import EncoderScatter
 from snakebot.diagnosis.verdict.probability import (
     MOST_BESIDE_GROUND_REST,
@@ -41,7 +43,7 @@ from snakebot.diagnosis.verdict.probability import (
     probability,
 )
 from snakebot.diagnosis.verdict.ranking import ranked
-from snakebot.effects.effect import Effect
+from snakebot.effects.effect import Effect, Usual
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
@@ -76,6 +78,7 @@ class _Explanation:
     judgement: Judgement
     budget: Sequence[BudgetEntry]
     options: Options
+    usual: Usual
 
     @property
     def best(self) -> Trial:
@@ -114,7 +117,8 @@ def weigh_causes(
         errors: (p,) standard errors of the parameters of the best explanation.
         budget: what each of its terms carries of the gap.
     """
-    explanation, best = _Explanation(evidence, found, judgement, budget, options), judgement.best
+    best = judgement.best
+    explanation = _Explanation(evidence, found, judgement, budget, options, usual_of(evidence))
     weighed: list[_Weighed] = []
     at = 0
     for index, term in enumerate(best.hypothesis.terms):
@@ -177,7 +181,8 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
             (cause,) = at_most([cause], MOST_BESIDE_GROUND_REST)
     elif index in explanation.judgement.bends:
         cause = less_sure(cause, explanation.judgement.bends[index])
-    return _Weighed(held_back(cause), group, lead(scoring, best, without).mean)
+    cause = held_back_as_another_word(held_back(cause), explanation.usual, options)
+    return _Weighed(cause, group, lead(scoring, best, without).mean)
 
 
 def _rest_and_closed(scoring: Scoring, best: Trial, without: Trial, term: Term) -> tuple[float, float]:

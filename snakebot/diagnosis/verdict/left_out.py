@@ -1,11 +1,16 @@
-"""What was left out of the search, and would look the same."""
+"""What was left out of the search, and would look the same or be the same."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from snakebot.diagnosis.options import Options
+from snakebot.diagnosis.result import Cause
+from snakebot.diagnosis.verdict.at_end import MOST_AT_END
+from snakebot.diagnosis.verdict.probability import at_most
+from snakebot.effects.effect import Usual
 from snakebot.effects.registry import find_effect
+from snakebot.effects.spec import parse_effect
 
 
 def left_out(named: Iterable[str], options: Options) -> list[str]:
@@ -17,4 +22,35 @@ def left_out(named: Iterable[str], options: Options) -> list[str]:
         for name in named
         for other, tells in find_effect(name).confused_with
         if other in options.exclude
+    ]
+
+
+def another_word(cause: Cause, usual: Usual, options: Options) -> str | None:
+    """The plainer effect that a cause, with its values, is just another word for, if that one was left out; None if
+    there is none. Whoever knows that the plainer one is not there knows that this one is not there either.
+    """
+    values = parse_effect(cause.specification).values
+    single = {name: value for name, value in values.items() if not isinstance(value, tuple)}
+    if len(single) < len(values):  # each joint has its own
+        return None
+    plainer = find_effect(cause.effect).plainer(single, usual)
+    return plainer[0] if plainer is not None and plainer[0] in options.exclude else None
+
+
+def held_back_as_another_word(cause: Cause, usual: Usual, options: Options) -> Cause:
+    """The cause; another word for what was left out is no likelier than what asks for more than it can be."""
+    if another_word(cause, usual, options) is None:
+        return cause
+    (cause,) = at_most([cause], MOST_AT_END)
+    return cause
+
+
+def other_words(causes: Sequence[Cause], usual: Usual, options: Options) -> list[str]:
+    """A warning for each such cause."""
+    found = [(cause.effect, another_word(cause, usual, options)) for cause in causes]
+    return [
+        f"{name} is, with these values, {find_effect(plain).title} ({plain}), which was left out: allow {plain}, or "
+        f"take {name} for ruled out, too"
+        for name, plain in found
+        if plain is not None
     ]

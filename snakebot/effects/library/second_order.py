@@ -11,10 +11,14 @@ from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
 if TYPE_CHECKING:
-    from snakebot.effects.effect import Start
+    from snakebot.effects.effect import Start, Usual
     from snakebot.effects.observed import Observed
     from snakebot.effects.spec import EffectSpec
     from snakebot.robot import Robot
+
+
+# Damping from which on the quick pole is 34 times as quick as the slow one, (z + sqrt(z^2 - 1))^2; chosen.
+POLES_APART = 3.0
 
 
 class SecondOrder(Effect):
@@ -69,6 +73,13 @@ class SecondOrder(Effect):
             "{where} [answers|answer] slowly and without a swing: natural frequency {natural_freq_rad_s}, "
             "damping {damping_ratio}"
         )
+
+    def plainer(self, values: Mapping[str, float], usual: Usual) -> tuple[str, Start] | None:
+        """Two poles far apart are a lag with the time constant of the slow one: of the quick one nothing is seen."""
+        damping = values["damping_ratio"]
+        if damping < POLES_APART:
+            return None
+        return "servo_lag", {"time_constant_s": 2 * damping / values["natural_freq_rad_s"]}
 
     def write_servo(self, rows: Floats, joints: tuple[int, ...], spec: EffectSpec, robot: Robot) -> None:
         # A servo_lag given as well is applied after this one, and is then a filter in front of it.

@@ -1,0 +1,74 @@
+"""What may not be named must not be named by another word."""
+
+from __future__ import annotations
+
+import pytest
+from sessions import bench, make_session
+
+from snakebot.diagnosis import diagnose
+from snakebot.diagnosis.options import Options
+from snakebot.diagnosis.result import Cause
+from snakebot.diagnosis.verdict.at_end import MOST_AT_END
+from snakebot.diagnosis.verdict.left_out import another_word, held_back_as_another_word, other_words
+from snakebot.effects.effect import Usual
+from snakebot.effects.spec import parse_effect
+
+USUAL = Usual(load_nm=1.0, rate_rad_s=1.0)
+
+
+def cause(specification: str, probability: float = 0.9) -> Cause:
+    return Cause(
+        effect=parse_effect(specification).name,
+        joints=(1, 2),
+        stage="servo",
+        probability=probability,
+        parameters={},
+        specification=specification,
+    )
+
+
+@pytest.mark.parametrize(
+    ("specification", "plain"),
+    [
+        ("voltage_sag:initial_rad_s=2,drop_per_s=0", "rate_limit"),
+        ("torque_limit:limit_nm=0.1", "joint_free"),
+        ("joint_friction:coulomb_nm=0,stiffness_nm_rad=9", "compliance"),
+        ("second_order:natural_freq_rad_s=250,damping_ratio=4.9", "servo_lag"),
+    ],
+)
+def test_a_cause_that_comes_to_what_was_left_out_is_held_back_and_told(
+    specification: str, plain: str
+) -> None:
+    found, options = cause(specification), Options(exclude=(plain,))
+    assert another_word(found, USUAL, options) == plain
+    assert held_back_as_another_word(found, USUAL, options).probability == MOST_AT_END
+    (warning,) = other_words([found], USUAL, options)
+    assert f"allow {plain}" in warning
+
+
+@pytest.mark.parametrize(
+    ("specification", "exclude"),
+    [
+        ("voltage_sag:initial_rad_s=2,drop_per_s=0", ()),  # the plainer one was tried, and did not do
+        ("voltage_sag:initial_rad_s=2,drop_per_s=0.1", ("rate_limit",)),  # it sags
+        ("torque_limit:limit_nm=0.4,joints=1", ("joint_free",)),
+        ("voltage_sag:initial_rad_s=2+3,drop_per_s=0+0,joints=1+2", ("rate_limit",)),  # each joint its own
+        ("command_delay:delay_s=0.05", ("servo_lag",)),  # nothing is plainer
+    ],
+)
+def test_others_are_left_as_they_are(specification: str, exclude: tuple[str, ...]) -> None:
+    found, options = cause(specification), Options(exclude=exclude)
+    assert held_back_as_another_word(found, USUAL, options) == found
+    assert other_words([found], USUAL, options) == []
+
+
+def test_less_probability_is_not_raised() -> None:
+    found = cause("voltage_sag:initial_rad_s=2,drop_per_s=0", 0.1)
+    assert held_back_as_another_word(found, USUAL, Options(exclude=("rate_limit",))).probability == 0.1
+
+
+def test_a_constant_limit_of_speed_is_no_supply_that_falls() -> None:
+    session = make_session(bench(), ["rate_limit:limit_rad_s=1.2,joints=2"])
+    found = diagnose(session, exclude=["rate_limit", "torque_speed"], quick=True)
+    assert {c.effect: c.probability for c in found.causes}["voltage_sag"] == MOST_AT_END
+    assert any("allow rate_limit" in warning for warning in found.warnings)

@@ -40,9 +40,9 @@ def lead(scoring: Scoring, trial: Trial, other: Trial) -> MeanDifference:
 
 def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
     """Whether what was added to ``base`` gains more than two standard errors, and enough to matter, where there is a
-    gap: by its score; or, as a further effect that costs no score, by the mean square that it takes away. The score
-    need not be clear of that where all that was added are everyday effects, every real joint has a little of them, and
-    more than next to nothing of the gap is left.
+    gap: by its score; or, where that does not fall, by the mean square that it takes away, of the first effect half of
+    all. The score need not be clear of what a further one takes away where all that was added are everyday effects,
+    every real joint has a little of them, and more than next to nothing of the gap is left.
     """
     rows = touched(scoring, trial, base)
     gap = gap_of(scoring, base.held_square)
@@ -52,17 +52,26 @@ def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
     if not joints:
         return False
     gain = scoring.gain(trial.held_square, base.held_square, rows)
-    if gain.mean <= 0 or not base.hypothesis.terms:
+    if gain.mean <= 0 or gains(gain):
         return gains(gain)
     sides = [scoring.of_ground if j < 0 else scoring.of_angles for j in (min(joints), max(joints))]
-    clear = gain.z > CLEAR_SE
-    if gains(gain) or any(_falls(scoring, trial, base, side, rows, clear=clear) for side in sides):
+    first, clear = not base.hypothesis.terms, gain.z > CLEAR_SE
+    least = HALF if first else LITTLE
+    if any(_falls(scoring, trial, base, side, rows, least=least, clear=clear) for side in sides):
         return True
+    if first:
+        return False
     added = [term for term in trial.hypothesis.terms if term not in base.hypothesis.terms]
     return all(find_effect(term.effect).everyday for term in added) and any(
         _leaves_something(scoring, base, side)
         and _falls(
-            scoring, trial, base, but_the_best(trial.held_square, base.held_square, side), rows, clear=True
+            scoring,
+            trial,
+            base,
+            but_the_best(trial.held_square, base.held_square, side),
+            rows,
+            least=least,
+            clear=True,
         )
         for side in sides
     )
@@ -82,15 +91,17 @@ def but_the_best(square: Floats, before: Floats, rows: Bools) -> Bools:
     return np.asarray(rows & (np.arange(rows.size) != np.argmax(fell)))
 
 
-def _falls(scoring: Scoring, trial: Trial, base: Trial, side: Bools, rows: Bools, *, clear: bool) -> bool:
-    """Whether a trial leaves clearly less above the allowed mean square than its base; ``clear``: its score says so,
-    which hardly changes with what only the quickest motions show.
+def _falls(
+    scoring: Scoring, trial: Trial, base: Trial, side: Bools, rows: Bools, *, least: float, clear: bool
+) -> bool:
+    """Whether a trial leaves clearly less above the allowed mean square than its base, by a share of it, ``least``;
+    ``clear``: its score says so, which hardly changes with what only the quickest motions show.
 
     Else the score must on those of the ``rows`` (B,) alone where the two differ by more than the mean of what there is
     to take away: a fault that shows for a few moments takes nearly all of it, and the score over all hardly sees that.
     """
     there = excess(scoring, base, side)
-    if excess(scoring, trial, side) >= (1 - LITTLE) * there:
+    if excess(scoring, trial, side) >= (1 - least) * there:
         return False
     change = np.abs(trial.held_square - base.held_square)
     much = rows & side & (change > there * np.where(scoring.of_ground, scoring.allowed_square, 1.0))

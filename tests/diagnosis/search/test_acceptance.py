@@ -49,8 +49,17 @@ def test_a_further_effect_that_only_the_quickest_motion_shows_stands(scoring: Sc
     assert accepted(scoring, better, base)
 
 
-def test_a_first_effect_must_gain_by_its_score(scoring: Scoring) -> None:
+def test_a_first_effect_must_gain_by_its_score_or_take_half_of_the_gap_away(scoring: Scoring) -> None:
     assert not accepted(scoring, trial(PLAY, 2.8, 9.0), trial(NOTHING, 3.0, 23.0))
+    assert accepted(scoring, trial(PLAY, 2.8, 4.0), trial(NOTHING, 3.0, 23.0))
+
+
+def test_a_first_effect_that_takes_half_of_the_gap_away_and_loses_by_its_score_does_not_stand(
+    scoring: Scoring,
+) -> None:
+    base, other = trial(NOTHING, 3.0, 160.0), trial(PLAY, 5.5, 50.0)
+    assert excess(scoring, other, scoring.of_angles) < 0.5 * excess(scoring, base, scoring.of_angles)
+    assert not accepted(scoring, other, base)
 
 
 def test_what_takes_little_away_does_not_matter(scoring: Scoring) -> None:
@@ -64,9 +73,12 @@ def test_what_takes_the_mean_square_away_and_loses_by_its_score_does_not_stand(s
     assert not accepted(scoring, other, base)
 
 
-def test_a_fault_of_a_few_moments_stands_by_what_it_takes_away(scoring: Scoring) -> None:
+@pytest.mark.parametrize(("before", "after"), [(NOTHING, PLAY), (PLAY, PLAY_AND_DELAY)])
+def test_a_fault_of_a_few_moments_stands_by_what_it_takes_away(
+    scoring: Scoring, before: Hypothesis, after: Hypothesis
+) -> None:
     """In most blocks it does next to nothing, now for good and now for ill; in two it is nearly all that is left."""
-    base, better = trial(PLAY, 3.0, 23.0), trial(PLAY_AND_DELAY, 3.0, 23.0)
+    base, better = trial(before, 3.0, 23.0), trial(after, 3.0, 23.0)
     base.held_square[SLOW : SLOW + 2] = [900.0, 700.0]
     better.held_square[SLOW : SLOW + 2] = [15.0, 30.0]
     better.held_square[:SLOW:2] *= 1.2

@@ -68,15 +68,12 @@ def explore(evidence: Evidence, library: Library, base: Trial, progress: Progres
     closer = _second_looks(evidence, library, base, fits)
     taken_for = {look.hypothesis: fit.hypothesis for look, fit in closer}
     fits = [*(look for look, _ in closer), *(t for t in fits if t.hypothesis not in taken_for)]
-    reached = [scoring.gain(t.fitted_square, base.fitted_square).mean for t in fits]
-    order = np.argsort(reached, kind="stable")[::-1]
-    if order.size == 0:
+    if not fits:
         return Round(evidence)
-    near = [i for i in order if reached[i] >= (1 - NEARLY) * reached[order[0]]]
     # On top of many effects with which the body is simulated, each takes long.
     fewest = 1 if _says_much(base) and evidence.predictor.simulator.needs_body(base.specs) else HELD_OUT
-    kept = list(dict.fromkeys([*order[:fewest], *near]))[: HELD_OUT if base.hypothesis.terms else LOOKED_AT]
-    chosen = [fits[i] for i in kept if reached[i] > 0]
+    most = HELD_OUT if base.hypothesis.terms else LOOKED_AT
+    chosen = [fit for side in _by_side(fits) for fit in _promise_most(scoring, side, base, fewest, most)]
     chosen += _leave_least(scoring, fits, chosen, base)
     progress("holding out gaits", 0.8)
     trials = ranked(scoring, held_out(evidence, chosen, base))
@@ -88,6 +85,25 @@ def explore(evidence: Evidence, library: Library, base: Trial, progress: Progres
     trials = [t for t in trials if t.hypothesis not in says_no_more]
     progress("", 1.0)
     return Round(evidence, trials, fits)
+
+
+def _by_side(fits: Sequence[Trial]) -> tuple[list[Trial], list[Trial]]:
+    """Those that add what shows in the angles, and those that add what shows over ground: of that a session may have a
+    few numbers in all, which weigh nothing beside its angles.
+    """
+    over_ground = [fit for fit in fits if fit.hypothesis.terms[-1].stage == "body"]
+    return [fit for fit in fits if fit not in over_ground], over_ground
+
+
+def _promise_most(
+    scoring: Scoring, fits: Sequence[Trial], base: Trial, fewest: int, most: int
+) -> list[Trial]:
+    """The fits that gain most, and those that gain nearly as much."""
+    reached = [scoring.gain(t.fitted_square, base.fitted_square).mean for t in fits]
+    order = np.argsort(reached, kind="stable")[::-1]
+    near = [i for i in order if reached[i] >= (1 - NEARLY) * reached[order[0]]]
+    kept = list(dict.fromkeys([*order[:fewest], *near]))[:most]
+    return [fits[i] for i in kept if reached[i] > 0]
 
 
 def _leave_least(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sessions import make_session, snake
 
 from snakebot.diagnosis.evidence.data import prepare
+from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import gather
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, nominal_trial, run_trial
@@ -55,6 +58,28 @@ def test_what_takes_most_of_the_gap_away_is_held_out_though_its_score_is_low() -
     base = run_trial(evidence, loose, [np.array([2.0])])
     trials = explore(evidence, library, base, lambda text, share: None).trials
     assert any(t.hypothesis.terms[-1] == Term("compliance", (2,)) for t in trials)
+
+
+def test_what_shows_in_a_few_speeds_over_ground_is_held_out_beside_what_shows_in_all_angles() -> None:
+    """A speed a run weighs nothing beside hundreds of blocks of angles, but no effect of a joint accounts for it."""
+    session = make_session(
+        snake(),
+        ["joint_friction:coulomb_nm=0.6,stiffness_nm_rad=20,joints=3", "slope:angle_deg=4"],
+        pose=True,
+        duration_s=10.0,
+    )
+    speeds = []
+    for run in session.runs:
+        assert run.pose is not None
+        last = run.t_s >= run.t_s[-1] / 2
+        way, time_s = run.pose[last, :2], np.ptp(run.t_s[last])
+        speed = float(np.hypot(*(way[-1] - way[0])) / time_s)
+        speeds.append(replace(run, pose=None, forward_speed_m_s=speed))
+    evidence = gather(prepare(replace(session, runs=tuple(speeds))))
+    library, nominal = usable_effects(evidence.data, over_ground=True), nominal_trial(evidence)
+    assert gap_of(evidence.scoring, nominal.held_square).ground_significant
+    trials = explore(evidence, library, nominal, lambda text, share: None).trials
+    assert {"body", "servo"} <= {t.hypothesis.terms[-1].stage for t in trials}
 
 
 @pytest.mark.parametrize("effect", ["backlash:width_deg=1,joints=2", "clock_drift:ppm=-3000"])

@@ -88,12 +88,15 @@ def mean_difference(gain: Floats, cluster: Ints) -> MeanDifference:
     """Mean of ``gain`` over blocks, with its standard error.
 
     Neighbouring blocks of one run are alike: their correlation, to lag one, widens the error. Runs differ by what they
-    show, not by chance alone (a slow gait says nothing about a rate limit), so the spread between runs is no error.
+    show, not by chance alone (a slow gait says nothing about a rate limit), so the spread between runs is no error;
+    but where each has one block, nothing else tells of chance.
     """
     n = gain.size
     if n < 2:
         return MeanDifference(float(gain.mean()) if n else 0.0, np.inf)
     mean = float(gain.mean())
+    if np.unique(cluster).size == n:
+        cluster = np.zeros_like(cluster)
     names, index, counts = np.unique(cluster, return_inverse=True, return_counts=True)
     centred = gain - (np.bincount(index, weights=gain) / counts)[index]
     freedom = max(n - names.size, 1)

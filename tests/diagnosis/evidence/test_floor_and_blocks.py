@@ -57,6 +57,15 @@ def test_correlated_blocks_have_a_larger_error() -> None:
     assert mean_difference(walk, cluster).se > 1.3 * mean_difference(white, cluster).se
 
 
+def test_runs_of_one_block_each_tell_of_chance_by_how_far_they_are_apart() -> None:
+    gain = np.array([1.0, -0.5, 2.0, 0.2])
+    one_each = mean_difference(gain, np.arange(4))
+    assert one_each.se == pytest.approx(gain.std(ddof=1) / 2)
+    assert (
+        mean_difference(np.repeat(gain, 2), np.repeat(np.arange(4), 2)).se == 0
+    )  # runs differ by what they show
+
+
 def test_the_bootstrap_stays_within_runs() -> None:
     cluster = np.array([0, 0, 0, 2, 2])
     draw = resample(cluster, np.random.default_rng(0), 50)

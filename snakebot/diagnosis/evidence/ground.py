@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -70,8 +71,9 @@ class GroundFeatures:
     floor_square: Floats
     from_repeats: bool
 
-    @property
+    @cached_property
     def run(self) -> Ints:
+        """(F,) of each feature."""
         return np.array([self.windows[w].run for w in self.window], dtype=np.int64)
 
     @property

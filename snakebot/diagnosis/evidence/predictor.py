@@ -27,7 +27,9 @@ class Predictor:
     simulator: Simulator
     nominal: tuple[Floats, ...]
     ground: ground_motion.GroundFeatures | None
-    _cache: dict[tuple[str, ...], Floats] = field(default_factory=dict)
+    # of the ground: what a run shows under some effects, by their texts and its place; one after another, fits of some
+    # of the runs ask for the same
+    _cache: dict[tuple[tuple[str, ...], int], Floats] = field(default_factory=dict)
     _lock: Lock = field(default_factory=Lock)
 
     def with_simulator(self, simulator: Simulator) -> Predictor:
@@ -56,19 +58,23 @@ class Predictor:
 
     def ground_features(self, specs: Iterable[EffectSpec], runs: Sequence[int] | None = None) -> Floats:
         """(G,) features that the measured joint angles make on this body, nan for runs not asked for."""
-        assert self.ground is not None
+        ground, simulator = self.ground, self.simulator
+        assert ground is not None
         specs = tuple(s for s in specs if s.effect.stage in ("body", "sensor"))
-        key = (*sorted(str(s) for s in specs), "" if runs is None else str(sorted(runs)))
-        found = self._cache.get(key)
-        if found is None:
-            simulator = self.simulator
+        name = tuple(sorted(str(s) for s in specs))
+        wanted = range(len(simulator.data.runs)) if runs is None else runs
+        missing = [i for i in wanted if (name, i) not in self._cache]
+        if missing:
             stages = simulator.stages(specs)
             assert stages.model is not None
             angles = [
                 stages.true_angle(run.t_s, measured)
                 for run, measured in zip(simulator.data.runs, simulator.smooth, strict=True)
             ]
-            found = ground_motion.predicted(self.ground, simulator.data, angles, stages.model, runs)
+            made = ground_motion.predicted(ground, simulator.data, angles, stages.model, missing)
             with self._lock:
-                self._cache[key] = found
-        return found
+                self._cache.update(((name, i), made[ground.run == i]) for i in missing)
+        out = np.full(ground.count, np.nan)
+        for i in wanted:
+            out[ground.run == i] = self._cache[name, i]
+        return out

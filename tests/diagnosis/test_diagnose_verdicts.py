@@ -238,6 +238,21 @@ def test_lost_set_points_say_nothing_of_the_ground() -> None:
     assert "falls from" not in summary(found)
 
 
+@pytest.mark.parametrize("exclude", [(), ("encoder_noise",)])
+def test_noisy_encoders_say_nothing_of_the_ground_whether_they_may_be_named_or_not(
+    exclude: tuple[str, ...],
+) -> None:
+    runs = [
+        replace(run, pose=run.pose * [0.8, 0.8, 1.0])
+        for run in make_session(snake(), pose=True, noise_deg=1.5).runs
+        if run.pose is not None
+    ]
+    found = diagnose(Session(snake(), tuple(runs)), exclude=exclude, quick=True)
+    assert [cause.effect for cause in found.causes] == ([] if exclude else ["encoder_noise"])
+    assert found.verdict == ("unexplained" if exclude else "explained")
+    assert any(warning.startswith("the encoders are too noisy") for warning in found.warnings)
+
+
 def test_jumps_of_servos_that_miss_set_points_are_no_noise_of_encoders() -> None:
     """The quicker the servos, the more their readings scatter from sample to sample."""
     robot, runs = bench(2), []

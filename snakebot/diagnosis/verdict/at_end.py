@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from snakebot.diagnosis.result import LITTLE, NO_PERCENT, Cause, Estimate
+from snakebot.diagnosis.result import HALF, NO_PERCENT, Cause, Estimate
 from snakebot.diagnosis.verdict.probability import at_most
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect
@@ -41,7 +41,7 @@ def _asks_for_more(parameter: Parameter, estimate: Estimate) -> bool:
     """Whether a fitted parameter stands, clearly, at a bound that does not mean that the effect is absent.
 
     Between them lies 0 % of its range, on its own scale. Where its interval is wide the data do not ask for the bound,
-    they do not care (a damping of next to nothing).
+    they do not care (a damping of next to nothing): it then spans half of all that the parameter may be, or more.
     """
     if estimate.fixed or estimate.ci95 is None:
         return False
@@ -54,7 +54,7 @@ def _asks_for_more(parameter: Parameter, estimate: Estimate) -> bool:
         for bound, on_scale in ((parameter.lower, lower), (parameter.upper, upper))
         if abs(value - on_scale) < NO_PERCENT * span and bound not in absent
     ]
-    return bool(near) and high - low < LITTLE * span
+    return bool(near) and high - low < HALF * span
 
 
 def _on_scale(parameter: Parameter, value: float) -> float:

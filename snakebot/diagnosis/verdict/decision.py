@@ -105,7 +105,7 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     unnamed = {} if scatter is None or noise is not None else scatter.doubts
     doubts = {**unnamed, **evidence.floor.doubts}
     # the motion over ground is told from the readings: where they are not the motion, an effect of the body is a guess
-    unheard = _why_no_ground(found, noise) if not gap.significant.any() else None
+    unheard = _why_no_ground(found, scatter) if not gap.significant.any() else None
     if unheard is not None and gap.ground_significant:
         gap = replace(gap, ground_significant=False)
         warnings.append(unheard)
@@ -170,9 +170,11 @@ def _shows_where_held_out(evidence: Evidence, nominal: Trial) -> bool:
     return gap_of(evidence.scoring, nominal.held_square, rows).any
 
 
-def _why_no_ground(found: SearchResult, noise: EncoderScatter | None) -> str | None:
-    """Why readings that are right in the mean do not tell the motion over ground; None: they do."""
-    if noise is not None:
+def _why_no_ground(found: SearchResult, scatter: EncoderScatter | None) -> str | None:
+    """Why readings that are right in the mean do not tell the motion over ground, whatever may be named; None: they
+    do.
+    """
+    if scatter is not None:
         why = "the encoders are too noisy"
     elif found.seen_in_scatter:
         why = "servos jump between samples too much, for set-points are lost,"

@@ -21,8 +21,10 @@ def cause(effect: str, parameters: dict[str, Estimate], probability: float = 0.9
     )
 
 
-def test_a_limit_of_speed_of_next_to_nothing_is_told_and_held_back() -> None:
-    stuck = cause("rate_limit", {"limit_rad_s": Estimate(estimate=0.05, ci95=(0.05, 0.08))})
+@pytest.mark.parametrize("highest", [0.08, 0.5])
+def test_a_limit_of_speed_of_next_to_nothing_is_told_and_held_back(highest: float) -> None:
+    """However well it is known how little it is: most of what it may be is ruled out."""
+    stuck = cause("rate_limit", {"limit_rad_s": Estimate(estimate=0.05, ci95=(0.05, highest))})
     assert "at the end of what it may be" in (at_end(stuck) or "")
     assert held_back(stuck).probability == MOST_AT_END
 

@@ -41,7 +41,8 @@ def with_random_loss(
 ) -> SearchResult:
     """Lost set-points in the place of a delay, where what is left over shows them and they predict clearly better.
 
-    They move the body between the samples, which no replay of samples shows: effects of the body are left out, too.
+    They move the body between the samples, which no replay of samples shows: effects of the body are left out, too;
+    and with the delay also where lost set-points may not be named.
     """
     if (
         link_is_clean(evidence.data) or found.untested
@@ -54,12 +55,22 @@ def with_random_loss(
     if not random_delay(evidence.data, evidence.floor, found.best).evident:
         return found
     effect = next((e for e in library.effects if e.stage == "link" and "scatter" in e.shows_in), None)
-    if effect is None:
-        return found if found.best.hypothesis.terms else replace(found, seen_in_scatter=True)
     terms = found.best.hypothesis.terms
     stays = [
         i for i, t in enumerate(terms) if "delay" not in find_effect(t.effect).covers and t.stage != "body"
     ]
+    if effect is None:
+        if stays and len(stays) == len(terms):
+            return found
+        kept = run_trial(evidence, *_kept(found.best, stays)) if stays else found.nominal
+        return replace(
+            found,
+            best=kept,
+            rivals=_rivals(found, stays),
+            path=(found.nominal, kept) if stays else (found.nominal,),
+            without=(),
+            seen_in_scatter=True,
+        )
     if len(stays) == MOST_EFFECTS:
         return found
     loss = _with_loss(evidence, found.best, stays, effect.name)
@@ -77,11 +88,16 @@ def with_random_loss(
         found,
         best=loss,
         singles=found.singles if stays else (loss, *rivals),
-        rivals=(*(found.rivals[i] for i in stays if i < len(found.rivals)), ()),
+        rivals=(*_rivals(found, stays), ()),
         path=(found.nominal, base, loss) if stays else (found.nominal, loss),
         without=(),
         seen_in_scatter=True,
     )
+
+
+def _rivals(found: SearchResult, stays: Sequence[int]) -> tuple[tuple[Trial, ...], ...]:
+    """Of the terms that stay, as far as any were tried."""
+    return tuple(found.rivals[i] for i in stays if i < len(found.rivals))
 
 
 def _kept(best: Trial, stays: Sequence[int]) -> tuple[Hypothesis, list[Floats]]:

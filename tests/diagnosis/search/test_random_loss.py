@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from sessions import bench, make_session
 
 from snakebot.diagnosis.evidence.data import prepare
@@ -38,6 +39,27 @@ def test_what_is_there_beside_the_loss_stays() -> None:
     library = usable_effects(evidence.data, over_ground=False)
     after = with_random_loss(evidence, library, found, quick=True)
     assert after.best.hypothesis.names == ("servo_offset", "command_loss")
+
+
+@pytest.mark.parametrize(
+    ("terms", "values", "left"),
+    [
+        ((Term("command_delay", None),), [0.012], ()),
+        ((Term("servo_offset", None), Term("command_delay", None)), [3.0, 0.012], ("servo_offset",)),
+    ],
+)
+def test_a_loss_that_may_not_be_named_is_no_delay_either(
+    terms: tuple[Term, ...], values: list[float], left: tuple[str, ...]
+) -> None:
+    faults = ["command_loss:probability=0.6", *(["servo_offset:offset_deg=3"] if left else [])]
+    nominal, evidence = against_nominal(gather(prepare(make_session(bench(3), faults))))
+    best = trial_at(evidence, Hypothesis(terms), np.array(values))
+    found = SearchResult(evidence, nominal, best, singles=(), rivals=((),) * len(terms), path=(nominal, best))
+    library = usable_effects(evidence.data, over_ground=False, exclude=["command_loss"])
+    after = with_random_loss(evidence, library, found, quick=True)
+    assert after.best.hypothesis.names == left
+    assert len(after.rivals) == len(left)
+    assert after.seen_in_scatter
 
 
 def test_joints_must_agree_on_a_random_delay() -> None:

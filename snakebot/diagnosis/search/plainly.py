@@ -16,8 +16,8 @@ from snakebot.diagnosis.search.candidate import start_values
 from snakebot.diagnosis.search.candidates import kinds
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rounds import MANY_TERMS
-from snakebot.effects.effect import Usual
-from snakebot.effects.registry import find_effect
+from snakebot.effects.effect import Start, Usual
+from snakebot.effects.spec import EffectSpec
 
 
 def said_plainly(evidence: Evidence, library: Library, nominal: Trial, best: Trial) -> Trial:
@@ -43,9 +43,7 @@ def by_plainer_effects(evidence: Evidence, library: Library, nominal: Trial, bes
     usual = usual_of(evidence)
     for term in best.hypothesis.terms:
         index = best.hypothesis.terms.index(term)
-        fitted = best.hypothesis.split(best.theta)[index].tolist()
-        values = {**dict(term.fixed), **dict(zip((p.name for p in term.open), fitted, strict=True))}
-        found = None if term.own else find_effect(term.effect).plainer(values, usual)
+        found = comes_to(term.told(best.hypothesis.split(best.theta)[index].tolist()), usual)
         if found is None or found[0] not in usable or found[0] in best.hypothesis.names:
             continue
         name, start = found
@@ -55,6 +53,14 @@ def by_plainer_effects(evidence: Evidence, library: Library, nominal: Trial, bes
         if closes_nearly_as_much(evidence.scoring, plainer, best, nominal):
             best = plainer
     return best
+
+
+def comes_to(spec: EffectSpec, usual: Usual) -> tuple[str, Start] | None:
+    """The plainer effect that one with these values is just another word for, and where to start its fit; None if there
+    is none, or each joint has values of its own.
+    """
+    values = {name: value for name, value in spec.values.items() if not isinstance(value, tuple)}
+    return spec.effect.plainer(values, usual) if len(values) == len(spec.values) else None
 
 
 def _shared(evidence: Evidence, best: Trial) -> Trial:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from snakebot.diagnosis.options import Options
 from snakebot.diagnosis.result import Cause
+from snakebot.diagnosis.search.plainly import comes_to
 from snakebot.diagnosis.verdict.at_end import MOST_AT_END
 from snakebot.diagnosis.verdict.probability import at_most
 from snakebot.effects.effect import Usual
@@ -29,11 +30,7 @@ def another_word(cause: Cause, usual: Usual, options: Options) -> str | None:
     """The plainer effect that a cause, with its values, is just another word for, if that one was left out; None if
     there is none. Whoever knows that the plainer one is not there knows that this one is not there either.
     """
-    values = parse_effect(cause.specification).values
-    single = {name: value for name, value in values.items() if not isinstance(value, tuple)}
-    if len(single) < len(values):  # each joint has its own
-        return None
-    plainer = find_effect(cause.effect).plainer(single, usual)
+    plainer = comes_to(parse_effect(cause.specification), usual)
     return plainer[0] if plainer is not None and plainer[0] in options.exclude else None
 
 

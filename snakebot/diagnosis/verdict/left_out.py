@@ -46,8 +46,7 @@ def other_words(causes: Sequence[Cause], usual: Usual, options: Options) -> list
     """A warning for each such cause."""
     found = [(cause.effect, another_word(cause, usual, options)) for cause in causes]
     return [
-        f"{name} is, with these values, {find_effect(plain).title} ({plain}), which was left out: allow {plain}, or "
-        f"take {name} for ruled out, too"
+        f"{name} is, with these values, just {plain}, which was left out: allow that, or leave {name} out, too"
         for name, plain in found
         if plain is not None
     ]

@@ -8,6 +8,7 @@ from sessions import bench, make_session
 from snakebot.diagnosis import diagnose
 from snakebot.diagnosis.options import Options
 from snakebot.diagnosis.result import Cause
+from snakebot.diagnosis.show.words import summary
 from snakebot.diagnosis.verdict.at_end import MOST_AT_END
 from snakebot.diagnosis.verdict.left_out import another_word, held_back_as_another_word, other_words
 from snakebot.effects.effect import Usual
@@ -43,7 +44,7 @@ def test_a_cause_that_comes_to_what_was_left_out_is_held_back_and_told(
     assert another_word(found, USUAL, options) == plain
     assert held_back_as_another_word(found, USUAL, options).probability == MOST_AT_END
     (warning,) = other_words([found], USUAL, options)
-    assert f"allow {plain}" in warning
+    assert f"is, with these values, just {plain}, which was left out" in warning
 
 
 @pytest.mark.parametrize(
@@ -71,4 +72,4 @@ def test_a_constant_limit_of_speed_is_no_supply_that_falls() -> None:
     session = make_session(bench(), ["rate_limit:limit_rad_s=1.2,joints=2"])
     found = diagnose(session, exclude=["rate_limit", "torque_speed"], quick=True)
     assert {c.effect: c.probability for c in found.causes}["voltage_sag"] == MOST_AT_END
-    assert any("allow rate_limit" in warning for warning in found.warnings)
+    assert any("with these values, just a limit of speed, which" in line for line in summary(found))

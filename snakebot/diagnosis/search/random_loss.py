@@ -62,15 +62,7 @@ def with_random_loss(
     if effect is None:
         if stays and len(stays) == len(terms):
             return found
-        kept = run_trial(evidence, *_kept(found.best, stays)) if stays else found.nominal
-        return replace(
-            found,
-            best=kept,
-            rivals=_rivals(found, stays),
-            path=(found.nominal, kept) if stays else (found.nominal,),
-            without=(),
-            seen_in_scatter=True,
-        )
+        return _ended(found, stays, _base(evidence, found, stays))
     if len(stays) == MOST_EFFECTS:
         return found
     loss = _with_loss(evidence, found.best, stays, effect.name)
@@ -78,26 +70,35 @@ def with_random_loss(
     if len(needed) < len(stays):  # what took the place of a loss that had no name yet
         stays = needed
         loss = _with_loss(evidence, found.best, stays, effect.name)
-    base = run_trial(evidence, *_kept(found.best, stays)) if stays else found.nominal
+    base = _base(evidence, found, stays)
     error = standard_errors(evidence, loss, tolerances=not quick)[-1]
     ends = interval(loss.hypothesis.parameters[-1], float(loss.theta[-1]), float(error))
     if ends is None or ends[0] <= 0 or not predicts_better(evidence.angles, evidence.scoring, loss, base):
         return found
     rivals = tuple(t for t in found.singles if t.hypothesis.names != (effect.name,))
+    singles = found.singles if stays else (loss, *rivals)
+    return replace(_ended(found, stays, base, loss), singles=singles)
+
+
+def _base(evidence: Evidence, found: SearchResult, stays: Sequence[int]) -> Trial:
+    """What is found without the terms that give way."""
+    return run_trial(evidence, *_kept(found.best, stays)) if stays else found.nominal
+
+
+def _ended(found: SearchResult, stays: Sequence[int], base: Trial, *loss: Trial) -> SearchResult:
+    """The search that ends with ``base``, or with lost set-points beside it. ``stays``: the terms that are still there,
+    whose rivals stay as far as any were tried.
+    """
+    path = (found.nominal, *([base] if stays else []), *loss)
+    rivals = [found.rivals[i] for i in stays if i < len(found.rivals)]
     return replace(
         found,
-        best=loss,
-        singles=found.singles if stays else (loss, *rivals),
-        rivals=(*_rivals(found, stays), ()),
-        path=(found.nominal, base, loss) if stays else (found.nominal, loss),
+        best=path[-1],
+        rivals=(*rivals, *([()] * len(loss))),
+        path=path,
         without=(),
         seen_in_scatter=True,
     )
-
-
-def _rivals(found: SearchResult, stays: Sequence[int]) -> tuple[tuple[Trial, ...], ...]:
-    """Of the terms that stay, as far as any were tried."""
-    return tuple(found.rivals[i] for i in stays if i < len(found.rivals))
 
 
 def _kept(best: Trial, stays: Sequence[int]) -> tuple[Hypothesis, list[Floats]]:

@@ -55,25 +55,20 @@ def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
     if gain.mean <= 0 or gains(gain):
         return gains(gain)
     sides = [scoring.of_ground if j < 0 else scoring.of_angles for j in (min(joints), max(joints))]
-    first, clear = not base.hypothesis.terms, gain.z > CLEAR_SE
-    least = HALF if first else LITTLE
+    clear, further = gain.z > CLEAR_SE, bool(base.hypothesis.terms)
+    least = LITTLE if further else HALF
     if any(_falls(scoring, trial, base, side, rows, least=least, clear=clear) for side in sides):
         return True
-    if first:
-        return False
     added = [term for term in trial.hypothesis.terms if term not in base.hypothesis.terms]
-    return all(find_effect(term.effect).everyday for term in added) and any(
-        _leaves_something(scoring, base, side)
-        and _falls(
-            scoring,
-            trial,
-            base,
-            but_the_best(trial.held_square, base.held_square, side),
-            rows,
-            least=least,
-            clear=True,
+    but_one = [but_the_best(trial.held_square, base.held_square, side) for side in sides]
+    return (
+        further
+        and all(find_effect(term.effect).everyday for term in added)
+        and any(
+            _leaves_something(scoring, base, side)
+            and _falls(scoring, trial, base, rest, rows, least=least, clear=True)
+            for side, rest in zip(sides, but_one, strict=True)
         )
-        for side in sides
     )
 
 

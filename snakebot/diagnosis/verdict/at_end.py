@@ -31,10 +31,7 @@ def at_end(cause: Cause) -> str | None:
 
 def held_back(cause: Cause) -> Cause:
     """The cause, with no more probability than one at its end may have."""
-    if at_end(cause) is None:
-        return cause
-    (cause,) = at_most([cause], MOST_AT_END)
-    return cause
+    return cause if at_end(cause) is None else at_most(cause, MOST_AT_END)
 
 
 def _asks_for_more(parameter: Parameter, estimate: Estimate) -> bool:

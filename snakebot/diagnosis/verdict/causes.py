@@ -175,10 +175,10 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         evidence={} if by_chance else {name: float(value) for name, value in asdict(features).items()},
     )
     if find_effect(term.effect).lacks(evidence.data.robot) is not None:
-        (cause,) = at_most([cause])
+        cause = at_most(cause)
     if term.stage == "body":
         if explanation.judgement.rest.gap.ground_significant:
-            (cause,) = at_most([cause], MOST_BESIDE_GROUND_REST)
+            cause = at_most(cause, MOST_BESIDE_GROUND_REST)
     elif index in explanation.judgement.bends:
         cause = less_sure(cause, explanation.judgement.bends[index])
     cause = held_back_as_another_word(held_back(cause), explanation.usual, options)

@@ -51,7 +51,7 @@ from snakebot.diagnosis.verdict.decision import Judgement
 from snakebot.diagnosis.verdict.joints import joints_of
 from snakebot.diagnosis.verdict.localise import shares
 from snakebot.diagnosis.verdict.noise import noise_effect
-from snakebot.diagnosis.verdict.probability import at_most, ranking_at_most
+from snakebot.diagnosis.verdict.probability import at_most
 from snakebot.diagnosis.verdict.regime import regimes, sentence
 from snakebot.diagnosis.verdict.rest import Rest
 from snakebot.diagnosis.verdict.stated_numbers import stated_numbers
@@ -117,9 +117,9 @@ def conclude(
     progress("how sure each cause is", 0.9)
     causes, rivals, ranking = weigh_causes(evidence, found, judgement, errors, of_terms, options)
     if any(is_slow(run) for run in evidence.data.runs):
-        causes, ranking = at_most(causes), ranking_at_most(ranking)
+        causes, ranking = [at_most(c) for c in causes], tuple(at_most(r) for r in ranking)
     if judgement.verdict == "unexplained":  # a likelier cause would contradict it
-        causes, ranking = at_most(causes, HALF), ranking_at_most(ranking, HALF)
+        causes, ranking = [at_most(c, HALF) for c in causes], tuple(at_most(r, HALF) for r in ranking)
     if judgement.noise is not None:
         causes.append(noise_cause(noise_effect(), judgement.noise, evidence.data.joints))
     table = _regimes(evidence.angles, evidence.predictor, judgement)

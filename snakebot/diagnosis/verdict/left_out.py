@@ -36,10 +36,7 @@ def another_word(cause: Cause, usual: Usual, options: Options) -> str | None:
 
 def held_back_as_another_word(cause: Cause, usual: Usual, options: Options) -> Cause:
     """The cause; another word for what was left out is no likelier than what asks for more than it can be."""
-    if another_word(cause, usual, options) is None:
-        return cause
-    (cause,) = at_most([cause], MOST_AT_END)
-    return cause
+    return cause if another_word(cause, usual, options) is None else at_most(cause, MOST_AT_END)
 
 
 def other_words(causes: Sequence[Cause], usual: Usual, options: Options) -> list[str]:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -33,6 +34,9 @@ MOST_WHERE_GUESSED = 0.8
 FEATURES = (
     "lead", "rest", "closed", "share", "explained", "own", "together", "together_with_a_rest",
 )  # fmt: skip
+
+
+Told = TypeVar("Told", Cause, RankingEntry)
 
 
 @dataclass(frozen=True)
@@ -136,13 +140,6 @@ def beside(best: float, score: float, scores: Sequence[float], most: float) -> l
     return [float(p) for p in likely * min(1.0, most / max(float(likely.sum()), 1e-300))]
 
 
-def at_most(causes: Sequence[Cause], most: float = MOST_WHERE_GUESSED) -> list[Cause]:
-    """The causes with no probability above ``most``."""
-    return [c.model_copy(update={"probability": min(c.probability, most)}) for c in causes]
-
-
-def ranking_at_most(
-    ranking: Sequence[RankingEntry], most: float = MOST_WHERE_GUESSED
-) -> tuple[RankingEntry, ...]:
-    """The same of the ranking."""
-    return tuple(r.model_copy(update={"probability": min(r.probability, most)}) for r in ranking)
+def at_most(entry: Told, most: float = MOST_WHERE_GUESSED) -> Told:
+    """A cause, or a line of the ranking, with no probability above ``most``."""
+    return entry.model_copy(update={"probability": min(entry.probability, most)})

@@ -22,6 +22,7 @@ from snakebot.diagnosis.search.plainly import usual_of
 from snakebot.diagnosis.search.random_loss import with_random_loss
 from snakebot.diagnosis.search.search import search
 from snakebot.diagnosis.show.answer import with_words
+from snakebot.diagnosis.verdict import run_by_run, stretches
 from snakebot.diagnosis.verdict.at_end import at_end
 from snakebot.diagnosis.verdict.bend import bent
 from snakebot.diagnosis.verdict.conclude import conclude
@@ -101,6 +102,9 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
     warnings += [text for text in dict.fromkeys(lacking) if text is not None]
     doubts = (*map(at_end, conclusion.causes), bent(conclusion.causes))
     warnings += [text for text in doubts if text is not None]
+    if conclusion.where.values is not None:
+        warnings.append(run_by_run.in_words(conclusion.where.values, evidence.data.joints))
+    warnings += stretches.in_words(conclusion.where.times)
     warnings += left_out(named, options)
     warnings += other_words(conclusion.causes, usual_of(evidence), options)
 

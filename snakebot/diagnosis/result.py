@@ -49,6 +49,41 @@ class StageShares(_Part):
         return name if values[name] > 0 else "none"  # type: ignore[return-value]
 
 
+class RunEstimate(_Part):
+    """A parameter as one run alone says it, everything else as all runs say."""
+
+    run: str
+    estimate: float
+    ci95: ConfidenceInterval | None
+
+
+class RunValues(_Part):
+    """A parameter of an effect that differs from run to run.
+
+    Attributes:
+        unlike: the fewer runs, of those on either side of the clearest step from one value to the next.
+        of_rest: share of the rest, on these joints, that goes with a value for each run.
+    """
+
+    effect: str
+    parameter: str
+    unit: str
+    joints: PerJoint
+    values: tuple[RunEstimate, ...]
+    unlike: tuple[str, ...]
+    of_rest: float
+
+
+class Stretch(_Part):
+    """A time in a run, from its first sample on, and the ``share`` of what is left of a joint that lies in it."""
+
+    run: str
+    joint: int  # 1-based
+    begin_s: float
+    end_s: float
+    share: float
+
+
 class Where(_Part):
     """Where the gap lies.
 
@@ -56,6 +91,9 @@ class Where(_Part):
         stage: the one that brings in most of it.
         stages: of all causes and of those that tie with them; ``stage`` alone where no cause is named.
         stages_in_words: "servo or sensor" where it is one of them, "servo and sensor" where it is both.
+        runs: those that are unlike the others, see ``values``.
+        values: what differs from run to run; null if nothing does.
+        times: stretches of time that hold most of what is left over on a joint, if any do.
     """
 
     stage: GapStage
@@ -65,6 +103,9 @@ class Where(_Part):
     regime: str
     stages: tuple[GapStage, ...] = ()
     stages_in_words: str = ""
+    runs: tuple[str, ...] = ()
+    values: RunValues | None = None
+    times: tuple[Stretch, ...] = ()
 
 
 class JointEstimate(_Part):
@@ -367,7 +408,9 @@ class Diagnosis(_Part):
             for step in data["closure"]["steps"]:
                 del step["joint_angle_closed_beyond_tolerance"]
             del data["closure"]["ground"]
-            del data["closure"]["by_joint"], data["where"]["stages"], data["where"]["stages_in_words"]
+            del data["closure"]["by_joint"]
+            for name in ("stages", "stages_in_words", "runs", "values", "times"):
+                del data["where"][name]
             for entry in data["ranking"]:
                 del entry["parameters"], entry["rms_after"], entry["worse_in"]
             if data.get("details"):

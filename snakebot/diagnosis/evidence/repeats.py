@@ -23,7 +23,7 @@ from snakebot.diagnosis.evidence.data import (
     PreparedRun,
 )
 from snakebot.diagnosis.evidence.operators import play
-from snakebot.diagnosis.result import BEYOND_CHANCE, MOST_TOLD
+from snakebot.diagnosis.result import BEYOND_CHANCE, HALF, MOST_TOLD
 from snakebot.runlog.matching.motion import same_motion
 
 FEWEST_COMPARED = 24  # samples, below which nothing is said about what a difference depends on; chosen
@@ -186,7 +186,8 @@ def _with_changes(data: Data, pairs: list[RepeatedPair]) -> list[RepeatedPair]:
     """The pairs with their changed joints.
 
     How well a joint repeats itself is known where several motions were repeated: there a difference that hides little
-    must be unusual, too.
+    must be unusual, too. Where a joint changed between two runs, it differs by as much in another motion for the same
+    reason, even if that motion has too few strokes to show that it depends on them.
     """
     usual = np.zeros(data.joints)
     for joint in range(data.joints):
@@ -204,7 +205,15 @@ def _with_changes(data: Data, pairs: list[RepeatedPair]) -> list[RepeatedPair]:
             return True
         return d.of_gap > LEAST_OF_GAP and d.predicted_rad > OUTSTANDING * usual[d.joint]
 
-    return [replace(pair, changed=tuple(d.joint for d in pair.differences if change(d))) for pair in pairs]
+    largest = np.full(data.joints, np.inf)
+    for pair in pairs:
+        for d in filter(change, pair.differences):
+            largest[d.joint] = d.rms_rad if np.isinf(largest[d.joint]) else max(largest[d.joint], d.rms_rad)
+
+    def as_much(d: RepeatDifference) -> bool:
+        return change(d) or d.rms_rad > HALF * largest[d.joint]
+
+    return [replace(pair, changed=tuple(d.joint for d in pair.differences if as_much(d))) for pair in pairs]
 
 
 def change_warnings(data: Data, pairs: Sequence[RepeatedPair]) -> tuple[str, ...]:

@@ -54,7 +54,9 @@ from snakebot.diagnosis.verdict.noise import noise_effect
 from snakebot.diagnosis.verdict.probability import at_most
 from snakebot.diagnosis.verdict.regime import regimes, sentence
 from snakebot.diagnosis.verdict.rest import Rest
+from snakebot.diagnosis.verdict.run_by_run import run_values
 from snakebot.diagnosis.verdict.stated_numbers import stated_numbers
+from snakebot.diagnosis.verdict.stretches import stretches
 from snakebot.diagnosis.verdict.traces import traces
 from snakebot.robot import robot_option
 
@@ -129,7 +131,9 @@ def conclude(
         closure = closure.model_copy(update={"ground": ground_closure(budget)})
     return Conclusion(
         judgement=judgement,
-        where=_where(judgement, shares(evidence, judgement.gap, found.nominal, steps), told, table),
+        where=_where(
+            judgement, shares(evidence, judgement.gap, found.nominal, steps), told, table
+        ).model_copy(update=_by_run_and_time(evidence, judgement)),
         causes=told,
         chosen_probability=chosen,
         open_rivals=tuple(rivals),
@@ -259,6 +263,16 @@ def _where(
         joint_shares=tuple(round(float(s), 4) for s in share),
         regime=regime,
     )
+
+
+def _by_run_and_time(evidence: Evidence, judgement: Judgement) -> dict[str, object]:
+    """What of the place of the gap is told by runs and by times."""
+    values = run_values(evidence, judgement.best, judgement.rest)
+    return {
+        "values": values,
+        "runs": () if values is None else values.unlike,
+        "times": stretches(evidence, judgement.best, judgement.rest, judgement.runs),
+    }
 
 
 def _unexplained(judgement: Judgement, table: Sequence[Regime], budget: Sequence[BudgetEntry]) -> Unexplained:

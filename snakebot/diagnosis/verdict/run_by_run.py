@@ -1,0 +1,213 @@
+"""Values that differ from run to run: a limit of speed that falls with the battery, a lag that a load adds to.
+
+An explanation has one value for all runs. Where it leaves a rest, the first number of each of its effects may be
+another one in each run that was fitted, all others as they are. If that takes much of the rest away, and the values
+are clearly apart, the robot was not the same in all runs, or what ails it follows another law than the effect named.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from snakebot.arrays import Bools, Floats, Ints
+from snakebot.diagnosis.evidence.data import OUTSTANDING
+from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.repeats import MUCH_OF_GAP
+from snakebot.diagnosis.fit.fit_runs import fit_runs, shift_limits
+from snakebot.diagnosis.fit.hypothesis import Term
+from snakebot.diagnosis.fit.parallel import in_parallel
+from snakebot.diagnosis.fit.trial import FULL_STEPS, Trial
+from snakebot.diagnosis.fit.uncertainty import interval
+from snakebot.diagnosis.result import RunEstimate, RunValues
+from snakebot.diagnosis.verdict.rest import Rest
+from snakebot.effects.parameter import Parameter
+from snakebot.effects.registry import find_effect
+from snakebot.effects.telling import joints_in_words, shown, title
+
+
+@dataclass(frozen=True, eq=False)
+class _Number:
+    """The first parameter of a term, of joints that share it.
+
+    Attributes:
+        at: its place among all parameters of the hypothesis.
+        joints: 1-based, that it acts on.
+    """
+
+    at: int
+    term: Term
+    parameter: Parameter
+    joints: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Own:
+    """A number with a value of its own in each of some runs, and the standard errors of those, (R,) each."""
+
+    runs: tuple[int, ...]
+    value: Floats
+    error: Floats
+
+
+def run_values(evidence: Evidence, best: Trial, rest: Rest) -> RunValues | None:
+    """The number that differs most from run to run, if any does so clearly and much of the rest goes with it."""
+    simulator = evidence.predictor.simulator
+    if not rest.gap.significant.any() or simulator.rough_needs_body(best.specs):
+        return None
+    rough = simulator.needs_body(best.specs)
+    left = _Left(evidence, best, rest.gap.significant, rough)
+    found: list[RunValues] = []
+    for number in _numbers(best, evidence.data.joints):
+        on = np.isin(np.arange(evidence.data.joints) + 1, number.joints)
+        if not (on & rest.gap.significant).any():
+            continue
+        own = _each_run(evidence, best, number, rough)
+        gain = left.gain(number, own) if _apart(number.parameter, own) else 0.0
+        if gain > MUCH_OF_GAP:
+            found.append(_told(evidence, number, own, gain))
+    return max(found, key=lambda values: values.of_rest, default=None)
+
+
+def _numbers(best: Trial, count: int) -> list[_Number]:
+    """Of servos and sensors; what is lost at random has no value that a run could be asked for."""
+    found, at = [], 0
+    for term in best.hypothesis.terms:
+        of_one = term.open_of_one
+        for joints in term.alike:
+            if of_one and term.stage != "body" and "scatter" not in find_effect(term.effect).shows_in:
+                found.append(_Number(at, term, of_one[0], joints or tuple(range(1, count + 1))))
+            at += len(of_one)
+    return found
+
+
+def _each_run(evidence: Evidence, best: Trial, number: _Number, rough: bool) -> _Own:
+    """The runs that say something of a number, and what; none at the end of what it may be, where it does nothing."""
+    only = np.arange(best.theta.size) == number.at
+
+    def fitted(run: int) -> tuple[float, float]:
+        fit = fit_runs(
+            evidence,
+            best.hypothesis,
+            [best.theta],
+            [run],
+            FULL_STEPS,
+            covariance=True,
+            rough=rough,
+            sides=(False,),
+            only=only,
+        )
+        return float(fit.theta[number.at]), math.sqrt(fit.covariance[number.at, number.at])
+
+    free, parameter = evidence.split.free, number.parameter
+    rows = [
+        (run, value, error)
+        for run, (value, error) in zip(free, in_parallel(fitted, free), strict=True)
+        if math.isfinite(error) and parameter.lower < value < parameter.upper
+    ]
+    runs, values, errors = zip(*rows, strict=True) if rows else ((), (), ())
+    off = parameter.real_share * (np.array(values) - parameter.neutral)
+    return _Own(tuple(runs), np.array(values), np.hypot(np.array(errors), off))
+
+
+def _on_scale(parameter: Parameter, own: _Own) -> tuple[Floats, Floats]:
+    """Values and standard errors on the scale that the parameter is fitted on."""
+    if parameter.scale == "log":
+        return np.log(own.value), own.error / own.value
+    return own.value, own.error
+
+
+def _steps(parameter: Parameter, own: _Own) -> tuple[Ints, Floats]:
+    """Places of the values in ascending order, and by how many standard errors each is above the one before it."""
+    value, error = _on_scale(parameter, own)
+    order = np.argsort(value, kind="stable")
+    value, error = value[order], error[order]
+    return order, np.diff(value) / np.hypot(error[1:], error[:-1])
+
+
+def _apart(parameter: Parameter, own: _Own) -> bool:
+    """Whether the lowest and the highest value are clearly apart."""
+    if len(own.runs) < 2:
+        return False
+    value, error = _on_scale(parameter, own)
+    low, high = int(np.argmin(value)), int(np.argmax(value))
+    return bool(value[high] - value[low] > OUTSTANDING * math.hypot(error[low], error[high]))
+
+
+def _unlike(parameter: Parameter, own: _Own) -> list[int]:
+    """Places of the runs below or above the clearest step between two values: the fewer, or later."""
+    order, steps = _steps(parameter, own)
+    cut = int(np.argmax(steps)) + 1
+    sides = sorted(
+        (sorted(side.tolist()) for side in (order[:cut], order[cut:])), key=lambda side: (len(side), -side[0])
+    )
+    return sides[0]
+
+
+class _Left:
+    """What the explanation leaves on joints with a rest, with a number of its own in each run or without."""
+
+    def __init__(self, evidence: Evidence, best: Trial, joints: Bools, rough: bool) -> None:
+        self._evidence, self._best, self._rough = evidence, best, rough
+        self._with_rest = joints
+        every = range(len(evidence.data.runs))
+        self._readings = evidence.predictor.readings(best.specs, every, rough)
+        self._square = self._squares(self._readings)
+
+    def _squares(self, readings: Sequence[Floats]) -> Floats:
+        """(B,) mean squares, with the lags as far off as is credible and the fitted runs say."""
+        angles, free = self._evidence.angles, self._evidence.split.free
+        shifts_s = angles.shifts_s(readings, free, shift_limits(angles, self._best.hypothesis))
+        return angles.blocks.mean_square(angles.residuals(readings, shifts_s))
+
+    def gain(self, number: _Number, own: _Own) -> float:
+        """Share of the rest, on the joints of a number and in the runs that have one, that goes with it."""
+        blocks, readings = self._evidence.angles.blocks, list(self._readings)
+        for run, value in zip(own.runs, own.value.tolist(), strict=True):
+            theta = self._best.theta.copy()
+            theta[number.at] = value
+            specs = self._best.hypothesis.specs(theta)
+            readings[run] = self._evidence.predictor.readings(specs, [run], self._rough)[0]
+        joints = np.flatnonzero(self._with_rest) + 1
+        rows = np.isin(blocks.joint + 1, joints[np.isin(joints, number.joints)])
+        rows &= np.isin(blocks.run, own.runs)
+        allowed = self._evidence.angles.allowed_square
+        before, after = (
+            float(np.maximum(square - allowed, 0.0)[rows].sum())
+            for square in (self._square, self._squares(readings))
+        )
+        return 1 - after / before if before > 0 else 0.0
+
+
+def _told(evidence: Evidence, number: _Number, own: _Own, gain: float) -> RunValues:
+    parameter, data = number.parameter, evidence.data
+    rows = [
+        RunEstimate(run=data.runs[run].name, estimate=v, ci95=interval(parameter, v, e))
+        for run, v, e in zip(own.runs, own.value.tolist(), own.error.tolist(), strict=True)
+    ]
+    return RunValues(
+        effect=number.term.effect,
+        parameter=parameter.name,
+        unit=parameter.unit,
+        joints=number.joints,
+        values=tuple(rows),
+        unlike=tuple(rows[at].run for at in _unlike(parameter, own)),
+        of_rest=round(min(gain, 1.0), 4),
+    )
+
+
+def in_words(values: RunValues, count: int) -> str:
+    """A warning: of a robot with ``count`` joints."""
+    effect = find_effect(values.effect)
+    parameter = effect.parameter(values.parameter)
+    low, high = (pick(values.values, key=lambda row: row.estimate) for pick in (min, max))
+    on = joints_in_words(values.joints, count)
+    return (
+        f"{on}, {title(effect)}: {parameter.called} differs from run to run, from {shown(parameter, low.estimate)} in "
+        f"{low.run} to {shown(parameter, high.estimate)} in {high.run}; with a value for each run "
+        f"{values.of_rest:.0%} of the rest goes. Look at what else differs between these runs (load, supply, "
+        "temperature, a setting), and diagnose unlike runs apart"
+    )

@@ -16,6 +16,7 @@ from snakebot.diagnosis.evidence.turns import run_on
 from snakebot.diagnosis.fit.trial import against_nominal
 from snakebot.diagnosis.options import Options, ProgressCallback
 from snakebot.diagnosis.proposal.experiment import Proposal, propose
+from snakebot.diagnosis.proposal.motions import known_motions
 from snakebot.diagnosis.result import Diagnosis
 from snakebot.diagnosis.search.library import usable_effects
 from snakebot.diagnosis.search.plainly import usual_of
@@ -56,7 +57,8 @@ def diagnose(
         progress: called with what is being done and the share that is done.
 
     Raises:
-        BadInputError: the session cannot be diagnosed, or an option names no effect or parameter.
+        BadInputError: the session cannot be diagnosed, an option names no effect or parameter, or the file of the
+            motions is not sound.
     """
     options = Options(tuple(exclude), tuple(only), dict(known or {}), seed, quick)
     options.check()
@@ -69,6 +71,8 @@ def diagnose(
 def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -> Diagnosis:
     """The answer to a session."""
     clock = _Clock()
+    if not options.quick:
+        known_motions()  # a fault in their file is told now, not after the search
     progress("reading the session", 0.0)
     evidence, warnings = _evidence(session)
     clock.lap("prepare")

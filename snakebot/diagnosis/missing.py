@@ -12,7 +12,7 @@ from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import CLEAN_LOSS, MIN_SAMPLES, OUTSTANDING, holes, motion_numbers
 from snakebot.diagnosis.evidence.sanity import MANY_BAD
 from snakebot.diagnosis.live import starting_set
-from snakebot.diagnosis.proposal.menu import DURATION_S
+from snakebot.diagnosis.proposal.motions import DURATION_S, known_motions
 from snakebot.diagnosis.result import LITTLE, MOST_TOLD
 from snakebot.errors import BadInputError
 from snakebot.in_words import span
@@ -38,6 +38,9 @@ def missing(session: Session, *, robot: str = "penn_state", port: str = "sim:") 
 
     Args:
         robot, port: as in the commands: the description's name or file, and where the board is.
+
+    Raises:
+        BadInputError: the file of the motions is not sound.
     """
     runs = [run for run in session.runs if len(run) >= MIN_SAMPLES]
     way = _Commands(session, robot, port)
@@ -67,6 +70,7 @@ class _Commands:
 
     def __init__(self, session: Session, robot: str, port: str) -> None:
         self.end = f" --robot {robot} --port {port}"
+        known_motions()  # a fault in their file is told, and not taken for limits that allow nothing
         try:
             self.gaits = [e.command for e in starting_set(session.robot)]
         except BadInputError:  # limits that allow none of them

@@ -18,7 +18,8 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, MenuMotion, menu, motion_of
+from snakebot.diagnosis.proposal.menu import MenuMotion, menu, motion_of
+from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S
 from snakebot.diagnosis.proposal.separation import (
     Shown,
     SimulatedMotion,

@@ -17,7 +17,8 @@ from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.proposal.experiment import Proposal, motion_of, propose
-from snakebot.diagnosis.proposal.menu import CURVED, LIFTED, LONG, PROBES, STRAIGHT, menu
+from snakebot.diagnosis.proposal.menu import menu
+from snakebot.diagnosis.proposal.motions import known_motions
 from snakebot.effects.registry import find_effect
 from snakebot.gait import check_motion, parse_probe
 from snakebot.gait.probe import KINDS
@@ -40,9 +41,9 @@ def proposed(truth: str, rivals: tuple[str, ...], joints: tuple[int, ...], pose:
 
 
 def test_the_menu_is_safe_and_whole_and_moves_the_joints_in_question() -> None:
-    robot = snake()
+    robot, known = snake(), known_motions()
     one = menu(robot, [3], loads=True)
-    assert len(one) == len(STRAIGHT) + len(CURVED) + len(LONG) + len(PROBES) + len(LIFTED)
+    assert len(one) == len(known.gaits) + len(known.probes) + len(known.lifted)
     for option in one:
         check_motion(option.motion, robot)
         if option.probe is not None:

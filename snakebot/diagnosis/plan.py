@@ -235,7 +235,7 @@ def _added(
         parts.append((option, frozenset(t.pair for t in ties if _parts(motions, new, t))))
     out: list[Added] = []
     gone: frozenset[EffectPair] = frozenset()
-    for _ in range(MOST_ADDED):
+    for _ in range(MOST_ADDED if parts else 0):
         option, pairs = max(parts, key=lambda p: (len(p[1] - gone), -p[0].lifted, -p[0].duration_s))
         if not pairs - gone:
             break

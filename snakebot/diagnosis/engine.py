@@ -19,7 +19,6 @@ from snakebot.diagnosis.proposal.experiment import Proposal, propose
 from snakebot.diagnosis.proposal.motions import known_motions
 from snakebot.diagnosis.result import Diagnosis
 from snakebot.diagnosis.search.library import usable_effects
-from snakebot.diagnosis.search.plainly import usual_of
 from snakebot.diagnosis.search.random_loss import with_random_loss
 from snakebot.diagnosis.search.search import search
 from snakebot.diagnosis.show.answer import with_words
@@ -106,7 +105,7 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
     doubts = (*map(at_end, conclusion.causes), bent(conclusion.causes))
     warnings += [text for text in doubts if text is not None]
     warnings += left_out(named, options)
-    warnings += other_words(conclusion.causes, usual_of(evidence), options)
+    warnings += other_words(conclusion.causes, evidence.usual, options)
 
     proposal = Proposal(None, None)
     if not options.quick and conclusion.open_rivals:

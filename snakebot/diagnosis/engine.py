@@ -26,7 +26,7 @@ from snakebot.diagnosis.verdict.at_end import at_end
 from snakebot.diagnosis.verdict.bend import bent
 from snakebot.diagnosis.verdict.conclude import conclude
 from snakebot.diagnosis.verdict.decision import judge
-from snakebot.diagnosis.verdict.left_out import left_out, other_words
+from snakebot.diagnosis.verdict.left_out import told_of_left_out
 from snakebot.effects.registry import find_effect
 from snakebot.errors import BadInputError
 from snakebot.runlog import Session
@@ -104,8 +104,7 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
     warnings += [text for text in dict.fromkeys(lacking) if text is not None]
     doubts = (*map(at_end, conclusion.causes), bent(conclusion.causes))
     warnings += [text for text in doubts if text is not None]
-    warnings += left_out(named, options)
-    warnings += other_words(conclusion.causes, evidence.usual, options)
+    warnings += told_of_left_out(named, conclusion.causes, evidence.usual, options)
 
     proposal = Proposal(None, None)
     if not options.quick and conclusion.open_rivals:

@@ -13,7 +13,7 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def configs_root() -> Path:
-    """The folder that holds ``robots/``, ``effects/`` and ``gaits/``."""
+    """The folder that holds ``robots/``, ``effects/``, ``gaits/`` and ``motions/``."""
     installed = _PACKAGE / "configs"
     return installed if installed.is_dir() else _PACKAGE.parent / "configs"
 

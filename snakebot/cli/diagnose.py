@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
@@ -13,7 +14,8 @@ from click.core import ParameterSource
 from snakebot.cli import names
 from snakebot.cli.pace import shown
 from snakebot.cli.robot_option import robot_option
-from snakebot.cli.run_options import view_options
+from snakebot.cli.run_options import RunOptions, view_options
+from snakebot.cli.typed_options import collected
 from snakebot.errors import BadInputError
 from snakebot.resources import DEFAULT_ROBOT
 from snakebot.whole_files import check_apart, check_output, write_all
@@ -38,6 +40,37 @@ Exit status: 0 a verdict was reached, whatever it is; 2 bad input (nothing writt
 where a session has no verdict; the table says why. With --live also those of `snakebot run`, where a run fails: its log
 stays, and no verdict is written.
 """
+
+
+@dataclass(frozen=True)
+class LiveOptions:
+    """Options that mean something with --live only."""
+
+    port: str
+    budget: int
+    yes: bool
+    effects: tuple[str, ...]
+    fast: bool
+    verbose: bool
+    view: bool
+    view_address: str | None
+    view_port: int | None
+    view_stop: bool
+
+    @property
+    def of_runs(self) -> RunOptions:
+        """Those of every run that is made."""
+        return RunOptions(
+            port=self.port,
+            yes=self.yes,
+            effects=self.effects,
+            fast=self.fast,
+            verbose=self.verbose,
+            view=self.view,
+            view_address=self.view_address,
+            view_port=self.view_port,
+            view_stop=self.view_stop,
+        )
 
 
 @click.command(name="diagnose", epilog=EPILOG)
@@ -110,6 +143,7 @@ stays, and no verdict is written.
 @click.option("--fast", is_flag=True, help="With --live, simulated board: virtual time.")
 @click.option("-v", "--verbose", is_flag=True, help="With --live: print the last frames if a run fails.")
 @view_options
+@collected(LiveOptions)
 def command(
     sources: tuple[Path, ...],
     json_path: str | None,
@@ -126,7 +160,7 @@ def command(
     quick: bool,
     quiet: bool,
     live: bool,
-    **live_options: Any,
+    options: LiveOptions,
 ) -> None:
     """Find where the robot parts from its simulation, which effect causes it, and what closes the gap.
 
@@ -153,8 +187,8 @@ def command(
         _refuse_of_one(json_path, report_path, apply_path, live)
         from snakebot.cli.diagnose_many import diagnose_to_table
 
-        options = {"exclude": exclude, "only": only, "known": measured, "seed": seed, "quick": quick}
-        diagnose_to_table(sources, table_path, dask, options, lambda one: given_session((one,), robot_source))
+        how = {"exclude": exclude, "only": only, "known": measured, "seed": seed, "quick": quick}
+        diagnose_to_table(sources, table_path, dask, how, lambda one: given_session((one,), robot_source))
         return
     if dask is not None:
         raise BadInputError("--dask: only with --table, which takes many sessions")
@@ -173,7 +207,7 @@ def command(
             )
 
     if live:
-        found = _live(sources, robot_source, of, live_options)
+        found = _live(sources, robot_source, of, options)
         session = given_session(sources, robot_source)
     else:
         session = given_session(sources, robot_source)
@@ -215,19 +249,13 @@ def _refuse_of_one(json_path: str | None, report: Path | None, apply: Path | Non
             raise BadInputError(f"{option}: not with --table; it is of one session, and the table has it all")
 
 
-_LIVE_OPTIONS = (
-    *("port", "budget", "yes", "effects", "fast", "verbose"),
-    *("view", "view_address", "view_port", "view_stop"),
-)
-
-
 def _refuse_live_options() -> None:
     """
     Raises:
         BadInputError: an option was given that means something with --live only.
     """
     context = click.get_current_context()
-    for name in _LIVE_OPTIONS:
+    for name in (field.name for field in fields(LiveOptions)):
         if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
             option = next(p.opts[0] for p in context.command.params if p.name == name)
             raise BadInputError(f"{option}: only with --live; recorded runs are diagnosed as they are")
@@ -240,7 +268,6 @@ def given_session(sources: tuple[Path, ...], robot_source: str | None, *, quiet:
         BadInputError, LogError: it is neither; one line says where, and what makes a session of it.
     """
     import warnings
-    from dataclasses import replace
 
     from snakebot.runlog import open_runs, open_session
     from snakebot.runlog.repeats import mark_repeats
@@ -263,17 +290,16 @@ def _live(
     sources: tuple[Path, ...],
     robot_source: str | None,
     of: Callable[[Session, Callable[[str, float], None]], Diagnosis],
-    options: dict[str, Any],
+    options: LiveOptions,
 ) -> Diagnosis:
     from snakebot.cli.diagnose_live import Live, check_plan, check_runs, live
     from snakebot.cli.live_story import live_story
-    from snakebot.cli.run_options import RunOptions
     from snakebot.robot import load_robot
 
     if len(sources) != 1:
         raise BadInputError("--live: give one new folder for the logs")
-    budget = options.pop("budget")
-    plan, robot = Live(sources[0], budget, RunOptions(**options)), load_robot(robot_source or DEFAULT_ROBOT)
+    plan = Live(sources[0], options.budget, options.of_runs)
+    robot = load_robot(robot_source or DEFAULT_ROBOT)
     check_plan(plan, robot)
     check_runs(plan.options, robot)
     with live_story(robot, plan.options) as story:

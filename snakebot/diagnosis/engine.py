@@ -16,9 +16,9 @@ from snakebot.diagnosis.evidence.turns import run_on
 from snakebot.diagnosis.fit.trial import against_nominal
 from snakebot.diagnosis.options import Options, ProgressCallback
 from snakebot.diagnosis.proposal.experiment import Proposal, propose
+from snakebot.diagnosis.proposal.motions import known_motions
 from snakebot.diagnosis.result import Diagnosis
 from snakebot.diagnosis.search.library import usable_effects
-from snakebot.diagnosis.search.plainly import usual_of
 from snakebot.diagnosis.search.random_loss import with_random_loss
 from snakebot.diagnosis.search.search import search
 from snakebot.diagnosis.show.answer import with_words
@@ -27,7 +27,7 @@ from snakebot.diagnosis.verdict.at_end import at_end
 from snakebot.diagnosis.verdict.bend import bent
 from snakebot.diagnosis.verdict.conclude import conclude
 from snakebot.diagnosis.verdict.decision import judge
-from snakebot.diagnosis.verdict.left_out import left_out, other_words
+from snakebot.diagnosis.verdict.left_out import told_of_left_out
 from snakebot.effects.registry import find_effect
 from snakebot.errors import BadInputError
 from snakebot.runlog import Session
@@ -57,7 +57,8 @@ def diagnose(
         progress: called with what is being done and the share that is done.
 
     Raises:
-        BadInputError: the session cannot be diagnosed, or an option names no effect or parameter.
+        BadInputError: the session cannot be diagnosed, an option names no effect or parameter, or the file of the
+            motions is not sound.
     """
     options = Options(tuple(exclude), tuple(only), dict(known or {}), seed, quick)
     options.check()
@@ -70,6 +71,8 @@ def diagnose(
 def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -> Diagnosis:
     """The answer to a session."""
     clock = _Clock()
+    if not options.quick:
+        known_motions()  # a fault in their file is told now, not after the search
     progress("reading the session", 0.0)
     evidence, warnings = _evidence(session)
     clock.lap("prepare")
@@ -105,8 +108,7 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
     if conclusion.where.values is not None:
         warnings.append(run_by_run.in_words(conclusion.where.values, evidence.data.joints))
     warnings += stretches.in_words(conclusion.where.times)
-    warnings += left_out(named, options)
-    warnings += other_words(conclusion.causes, usual_of(evidence), options)
+    warnings += told_of_left_out(named, conclusion.causes, evidence.usual, options)
 
     proposal = Proposal(None, None)
     if not options.quick and conclusion.open_rivals:

@@ -6,11 +6,11 @@ Nothing here moves a robot: whoever calls ``experiments`` says how a motion is r
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees
 from typing import TYPE_CHECKING
 
-from snakebot.diagnosis.proposal.menu import BETA_DEG, DURATION_S, RAMP_S
+from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S, WrittenGait, known_motions
 from snakebot.diagnosis.show.certainty import SURE
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion, Probe, check_motion, parse_probe
@@ -19,14 +19,6 @@ if TYPE_CHECKING:
     from snakebot.diagnosis.result import Diagnosis, NextExperiment
     from snakebot.robot import Robot
 
-# alpha deg, beta deg, omega rad/s: fast and slow, wide and small; the first one again at the end, for the noise
-# floor. Chosen.
-START: tuple[tuple[float, float, float], ...] = (
-    (50, BETA_DEG, 2.0),
-    (30, BETA_DEG, 4.0),
-    (30, BETA_DEG, 1.0),
-    (4, BETA_DEG, 0.5),
-)
 BUDGET = 9  # runs: the starting set, and four to separate what is left; chosen
 _SMALLER = 0.8  # a gait beyond the robot's limits is tried with so much of its amplitude; chosen
 _TIMES = 12  # such tries at most; chosen
@@ -134,9 +126,12 @@ def starting_set(robot: Robot, budget: int = BUDGET) -> list[Experiment]:
     """The gaits to begin with, as wide as the robot's limits allow, the first one again at the end.
 
     Raises:
-        BadInputError: the limits allow none of them, or they are more than ``budget``.
+        BadInputError: the limits allow none of them, they are more than ``budget``, or the file of the motions is not
+            sound.
     """
-    fitted = [gait for gait in (_fitted(robot, *wanted) for wanted in START) if gait is not None]
+    fitted = [
+        gait for gait in (_fitted(robot, wanted) for wanted in known_motions().start) if gait is not None
+    ]
     if not fitted:
         raise BadInputError(
             f"--live: the limits of robot {robot.name!r} allow none of the gaits of the starting set"
@@ -162,14 +157,14 @@ def numbered(gaits: Sequence[Gait]) -> list[Experiment]:
     ]
 
 
-def _fitted(robot: Robot, alpha_deg: float, beta_deg: float, omega_rad_s: float) -> Gait | None:
+def _fitted(robot: Robot, wanted: WrittenGait) -> Gait | None:
     """The gait with as much of its amplitude as is safe; None where hardly any is."""
     for _ in range(_TIMES):
+        gait = wanted.gait
         try:
-            gait = Gait.from_degrees(alpha_deg, beta_deg, omega_rad_s, 0.0)
             check_motion(GaitMotion(gait, robot.joints, DURATION_S, RAMP_S), robot)
         except BadInputError:
-            alpha_deg = round(alpha_deg * _SMALLER, 2)
+            wanted = replace(wanted, alpha_deg=round(wanted.alpha_deg * _SMALLER, 2))
             continue
         return gait
     return None

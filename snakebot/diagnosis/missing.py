@@ -11,10 +11,11 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import CLEAN_LOSS, MIN_SAMPLES, OUTSTANDING, holes, motion_numbers
 from snakebot.diagnosis.evidence.sanity import MANY_BAD
-from snakebot.diagnosis.live import starting_set
-from snakebot.diagnosis.proposal.menu import DURATION_S
+from snakebot.diagnosis.live import Experiment, starting_set
+from snakebot.diagnosis.proposal.motions import DURATION_S, known_motions
 from snakebot.diagnosis.result import LITTLE, MOST_TOLD
 from snakebot.errors import BadInputError
+from snakebot.gait import Gait
 from snakebot.in_words import span
 from snakebot.runlog import Run, Session
 from snakebot.runlog.number_table import stem_and_suffix
@@ -38,6 +39,9 @@ def missing(session: Session, *, robot: str = "penn_state", port: str = "sim:") 
 
     Args:
         robot, port: as in the commands: the description's name or file, and where the board is.
+
+    Raises:
+        BadInputError: the file of the motions is not sound.
     """
     runs = [run for run in session.runs if len(run) >= MIN_SAMPLES]
     way = _Commands(session, robot, port)
@@ -67,10 +71,14 @@ class _Commands:
 
     def __init__(self, session: Session, robot: str, port: str) -> None:
         self.end = f" --robot {robot} --port {port}"
+        known_motions()  # a fault in their file is told, and not taken for limits that allow nothing
         try:
-            self.gaits = [e.command for e in starting_set(session.robot)]
+            start = starting_set(session.robot)
+            self.gaits = [e.command for e in start]
+            self.smallest = min(start, key=_alpha_rad).command
         except BadInputError:  # limits that allow none of them
-            self.gaits = [f"snakebot run --alpha 10 --beta 80 --omega 1 --duration {DURATION_S:g}"]
+            self.smallest = f"snakebot run --alpha 10 --beta 80 --omega 1 --duration {DURATION_S:g}"
+            self.gaits = [self.smallest]
 
     def run(self, command: str) -> str:
         return command + self.end
@@ -155,9 +163,8 @@ def _too_few(runs: Sequence[Run], motions: Sequence[int], way: _Commands) -> lis
         out.append(Missing("no repeat", text, way.again(runs[0])))
     swings = [max(_swing(column) for column in run.command_rad.T) for run in runs]
     if swings and min(swings) > math.radians(2 * SMALL_DEG):
-        small = next((c for c in way.gaits if "--alpha 4 " in c), way.gaits[-1])
         text = "no small slow motion: dead band, play and friction hardly show in wide ones"
-        out.append(Missing("no small motion", text, way.run(small)))
+        out.append(Missing("no small motion", text, way.run(way.smallest)))
     return out
 
 
@@ -223,6 +230,11 @@ def _is(command: str, run: Run) -> bool:
 
 def _knows_way(run: Run) -> bool:
     return run.forward_speed_m_s is not None or (run.pose is not None and bool(np.isfinite(run.pose).any()))
+
+
+def _alpha_rad(experiment: Experiment) -> float:
+    assert isinstance(experiment.motion, Gait)  # of the starting set
+    return experiment.motion.alpha_rad
 
 
 def _swing(values: Floats) -> float:

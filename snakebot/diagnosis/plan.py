@@ -23,7 +23,8 @@ from snakebot.diagnosis.live import Experiment, numbered, starting_set
 from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.proposal.experiment import channel_told
 from snakebot.diagnosis.proposal.foresee import Foreseen, foresee, lead_over, shows
-from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, MenuMotion, menu
+from snakebot.diagnosis.proposal.menu import MenuMotion, menu
+from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S, known_motions
 from snakebot.diagnosis.proposal.separation import RATE_HZ, SimulatedMotion
 from snakebot.diagnosis.search.library import usable_effects
 from snakebot.effects import predict
@@ -107,8 +108,10 @@ def plan(
         pose: whether a pose is measured.
 
     Raises:
-        BadInputError: a gait breaks the robot's limits, or they allow none of the default ones.
+        BadInputError: a gait breaks the robot's limits, they allow none of the default ones, or the file of the motions
+            is not sound.
     """
+    known_motions()  # a fault in their file is told by itself, and before anything is simulated
     experiments = _given(robot, gaits) if gaits else _default(robot)
     progress("a sound robot", 0.0)
     evidence = _evidence(robot, experiments, pose)
@@ -232,7 +235,7 @@ def _added(
         parts.append((option, frozenset(t.pair for t in ties if _parts(motions, new, t))))
     out: list[Added] = []
     gone: frozenset[EffectPair] = frozenset()
-    for _ in range(MOST_ADDED):
+    for _ in range(MOST_ADDED if parts else 0):
         option, pairs = max(parts, key=lambda p: (len(p[1] - gone), -p[0].lifted, -p[0].duration_s))
         if not pairs - gone:
             break

@@ -13,9 +13,12 @@ from sessions import bench, make_run, make_session, snake
 
 from snakebot.cli.main import main
 from snakebot.cli.session import command
+from snakebot.diagnosis import live
 from snakebot.diagnosis.live import numbered
 from snakebot.diagnosis.missing import missing
 from snakebot.diagnosis.plan import plan
+from snakebot.diagnosis.proposal import menu
+from snakebot.diagnosis.proposal.motions import Motions, WrittenGait
 from snakebot.gait import Gait
 from snakebot.robot import load_robot
 from snakebot.runlog import Session, write_session
@@ -40,6 +43,13 @@ def test_gaits_of_one_frequency_do_not_part_delay_and_lag_those_of_several_do() 
     assert both(wide.left, "command_gain", "encoder_gain")  # though their examples are far from each other
     assert wide.channel is not None
     assert wide.duration_s > 12 * len(wide.experiments)
+
+
+def test_where_the_menu_holds_nothing_no_run_is_added(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(menu, "known_motions", lambda: Motions((), (), (), ()))
+    found = plan(bench(1), [Gait.from_degrees(4, 80, 0.5, 0)])
+    assert found.tied
+    assert found.added == ()
 
 
 @pytest.mark.slow
@@ -133,6 +143,15 @@ def test_each_lack_is_named_with_a_command() -> None:
     assert again[0].command == (
         "snakebot run --alpha 66 --beta 80 --omega 2 --duration 12 --robot my.yaml --port serial:x"
     )
+
+
+def test_a_small_motion_is_the_smallest_of_the_starting_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    wide, small = WrittenGait(50, 80, 2.0), WrittenGait(3, 80, 0.5)
+    monkeypatch.setattr(live, "known_motions", lambda: Motions((wide, small), (), (), ()))
+    whole = make_session(bench(), gaits=GOOD, duration_s=10.0)
+    (lack,) = missing(Session(whole.robot, (whole.runs[0], whole.runs[1], whole.runs[3])))[1:]
+    assert lack.kind == "no small motion"
+    assert lack.command.startswith("snakebot run --alpha 3 ")
 
 
 def test_a_body_without_a_pose_is_told() -> None:

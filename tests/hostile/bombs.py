@@ -168,7 +168,7 @@ def bombs(wanted: Sequence[str]) -> Iterator[tuple[str, str, bytes]]:
     """(name, parser, data) of those for some of the parsers; perhaps of others too."""
     yield from text_bombs()
     for kinds, made in (
-        (("robot", "gait", "effect_set", "session"), yaml_bombs),
+        (("robot", "gait", "effect_set", "motions", "session"), yaml_bombs),
         (("csv_gz",), csv_gz_bombs),
         (("csv", "session_run"), csv_bombs),
         (("parquet",), parquet_bombs),

@@ -255,6 +255,13 @@ def effect_set(data: bytes) -> None:
     load_effect_set(_file("effects.yaml", data))
 
 
+def motions(data: bytes) -> None:
+    """The menu that comes with snakebot, which a lab may change."""
+    from snakebot.diagnosis.proposal.motions import load_motions
+
+    assert load_motions(_file("motions.yaml", data)).start
+
+
 # --- runs
 
 
@@ -410,6 +417,7 @@ PARSERS: dict[str, Parser] = {
     for parser in (
         port, stream, packet, frame, slcan, feetech, dynamixel, dbc,
         effect, fault, course, pose, pose_source, column_map, name, plug_in, robot, gait, effect_set,
+        motions,
         csv, csv_gz, parquet, session, session_run, log, log_part, log_records, log_index,
     )
 } | {name: _recording(name) for name in RECORDINGS}  # fmt: skip

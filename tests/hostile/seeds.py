@@ -132,6 +132,10 @@ BODY = (
 )
 ENTRIES = b"[snakebot.effects]\nworn = worn.servo:EFFECT\nother=a:b.c [extra]\n[console_scripts]\nx = y:z\n"
 GAIT = b'joints=1\ngait={"alpha_deg":1,"beta_deg":2,"omega_rad_s":3}'
+MOTIONS = (
+    b"start: [&a {alpha_deg: 4, beta_deg: 80, omega_rad_s: 0.5, offset_deg: -1e+1}]\n"
+    b"gaits:\n  - {<<: *a, duration_s: 60}\nprobes: ['sine:amplitude_deg=3,omega_rad_s=1.6+6']\nlifted: []\n"
+)
 
 _MADE: dict[str, Callable[[], list[bytes]]] = {
     "port": lambda: [
@@ -169,6 +173,7 @@ _MADE: dict[str, Callable[[], list[bytes]]] = {
     "robot": lambda: [*_configs("robots"), BENCH],
     "gait": lambda: _configs("gaits"),
     "effect_set": lambda: [*_configs("effects"), b'effects: ["command_delay:delay_s=0.05"]\n'],
+    "motions": lambda: [*_configs("motions"), MOTIONS],
     "csv": lambda: [TABLE, b"a,b\n1,2\n\n\n"],
     "csv_gz": lambda: [gzip.compress(TABLE, mtime=0), gzip.compress(TABLE, 0, mtime=0)],
     "parquet": parquets,

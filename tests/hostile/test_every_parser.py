@@ -148,7 +148,7 @@ def test_a_dbc_is_looked_through_before_it_is_built(text: str, length: int) -> N
         read_dbc(text)
 
 
-@pytest.mark.parametrize("kind", ["robot", "gait", "effect_set", "session"])
+@pytest.mark.parametrize("kind", ["robot", "gait", "effect_set", "motions", "session"])
 def test_yaml_executes_nothing_and_does_not_blow_up(kind: str, tmp_path: Path) -> None:
     proof = tmp_path / "executed"
     laughs = "a0: &a0 [x]\n" + "".join(
@@ -213,6 +213,6 @@ def test_parsers_write_nothing() -> None:
     assert names <= {
         "robot.yaml", "gait.yaml", "effects.yaml", "run.csv", "run.csv.gz", "run.parquet", "run.mcap", "run.mcap.part",
         "records.mcap.part", "indexed.mcap", "session", "session/session.yaml", "session/run_01.csv",
-        "foreign.txt", "bag.mcap", "bag.db3", "dataset", "dataset/meta", "dataset/meta/info.json", "dataset/data",
-        "dataset/data/chunk-000", "dataset/data/chunk-000/file-000.parquet",
+        "motions.yaml", "foreign.txt", "bag.mcap", "bag.db3", "dataset", "dataset/meta", "dataset/meta/info.json",
+        "dataset/data", "dataset/data/chunk-000", "dataset/data/chunk-000/file-000.parquet",
     }  # fmt: skip

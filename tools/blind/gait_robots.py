@@ -15,7 +15,7 @@ from blind.chain import Floats
 from blind.faults import FAULTS, draw_joints, go_together
 from blind.motions import Motion
 from blind.robot import Build, Parameters, Robot, gait_command, real_robot
-from snakebot.diagnosis.live import START
+from snakebot.diagnosis.proposal.motions import known_motions
 
 FIRST_SEED = 600_000_000  # of no other set of ``cases``
 PAIRS = 0.4  # share of the robots with two faults
@@ -55,9 +55,12 @@ class GaitRobot:
 
     def case(self) -> Case:
         """What a lab records of it: the starting set of a live diagnosis."""
-        motions = [Motion("gait", np.radians(alpha), np.radians(beta), omega) for alpha, beta, omega in START]
+        start = [
+            Motion("gait", np.radians(gait.alpha_deg), np.radians(gait.beta_deg), gait.omega_rad_s)
+            for gait in known_motions().start
+        ]
         label = Label("gaits", 0.0, [], 0.0, 0.0)
-        return Case(label, None, motions, Build(), self.parameters, self.rng)
+        return Case(label, None, start, Build(), self.parameters, self.rng)
 
 
 def draw_robot(seed: int, number: int) -> GaitRobot:

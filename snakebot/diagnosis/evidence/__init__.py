@@ -7,6 +7,7 @@ In: a session (``runlog.Session``). Out: one frozen record, ``gather.Evidence``,
   ``ticks`` and ``slow_logs`` put set-points between the rows of a log that is slower than they came.
 * ``simulator`` predicts the recorded runs under any effects (``effects.prediction.joint_run``); ``predictor`` adds the
   motion over ground and what no effect changes.
+* ``usual``: what the servos bear and how fast the joints turn.
 * ``repeats`` and ``floor``: the noise floor, from runs of one motion (``runlog.matching``). A robot that changed
   between two of them is not noise.
 * ``tolerance``: what the nominal numbers may be off by, in shares that ``within_bounds`` finds. ``angles`` and

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from snakebot.diagnosis.evidence.predictor import Predictor
 from snakebot.diagnosis.evidence.score import GROUND, Scoring
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.evidence.tolerance import SAG_TOLERANCE_RAD_NM, SHAPE_TOLERANCE
+from snakebot.diagnosis.evidence.usual import usual_of
+from snakebot.effects.effect import Usual
 from snakebot.effects.spec import EffectSpec
 from snakebot.robot import Robot
 
@@ -41,6 +44,11 @@ class Evidence:
     split: Split
     scoring: Scoring
     predictor: Predictor
+
+    @cached_property
+    def usual(self) -> Usual:
+        """What the servos bear and how fast the joints turn in the runs that may be fitted."""
+        return usual_of(self.predictor.simulator, self.split.free)
 
     @property
     def data(self) -> Data:

@@ -18,7 +18,8 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.proposal.menu import DURATION_S, RAMP_S, MenuMotion, menu, motion_of
+from snakebot.diagnosis.proposal.menu import MenuMotion, menu, motion_of
+from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S
 from snakebot.diagnosis.proposal.separation import (
     Shown,
     SimulatedMotion,
@@ -80,7 +81,7 @@ def propose(evidence: Evidence, rivals: Sequence[Trial], probability: float) -> 
     looks = [look for look in looks if not _has_been_run(evidence.data, look.motion)]
     looks.sort(key=_value, reverse=True)
     on_bench = evidence.data.robot.body is None
-    channel = _channel_for(looks, rivals, on_bench)
+    channel = _channel_for(looks, rivals, on_bench) if looks else None
     closer = [_closer_look(look, rivals) for look in looks[:LOOKED_AT]]
     best = max(closer, key=_value, default=None)
     told = [] if best is None else [pair for pair, lead in best.lead.items() if lead >= ALIKE]

@@ -3,46 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees, radians
 
+from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S, known_motions
 from snakebot.diagnosis.result import GaitDegrees, NextExperiment
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion, Motion, Probe, ProbeMotion, check_motion, parse_probe
 from snakebot.robot import Robot
 
-DURATION_S = 12.0  # of a motion, s; chosen
-LONG_S = 60.0  # of a motion for what comes with time (a battery that runs down, clocks that part), s; chosen
-RAMP_S = 2.0  # from rest to the full motion, s; chosen
 # Of all joints together, when a probe moves them alike: beyond it links meet; chosen.
 WIDEST_CURL_RAD = radians(200)
-
-# The menu: alpha deg and omega rad/s of gaits; and probes in the grammar of `--probe`. Chosen to cover small and large,
-# slow and fast; `tools/bench_experiments` shows what they separate.
-STRAIGHT = (
-    *((2, 0.5), (2, 3.0), (6, 0.5), (6, 3.0), (15, 1.0), (15, 5.0)),
-    *((30, 0.5), (30, 4.0), (50, 1.0), (50, 3.0), (66, 2.0)),
-)
-CURVED = ((15, 1.0), (30, 4.0), (50, 2.0))  # likewise, with ``OFFSET_DEG``; chosen
-LONG = ((50, 3.0),)  # likewise, for ``LONG_S``; chosen
-BETA_DEG, OFFSET_DEG = 80, 15  # of these gaits, of the curved ones; chosen
-PROBES = (
-    "triangle:amplitude_deg=2,rate_deg_s=4",
-    "triangle:amplitude_deg=6,rate_deg_s=6",
-    "triangle:amplitude_deg=20,rate_deg_s=30",
-    "triangle:amplitude_deg=40,rate_deg_s=100",
-    "steps:amplitude_deg=4,rate_deg_s=60,hold_s=0.4,steps=3",
-    "steps:amplitude_deg=20,rate_deg_s=200,hold_s=0.4,steps=3",
-    "steps:amplitude_deg=60,rate_deg_s=300,hold_s=0.4,steps=2",
-    "sine:amplitude_deg=3,omega_rad_s=1.6+6",
-    "sine:amplitude_deg=12,omega_rad_s=2+9",
-    "sine:amplitude_deg=45,omega_rad_s=1.6+4",
-)
-LIFTED = (
-    "triangle:amplitude_deg=20,rate_deg_s=30",
-    "steps:amplitude_deg=20,rate_deg_s=200,hold_s=0.4,steps=3",
-    "sine:amplitude_deg=45,omega_rad_s=1.6+4",
-)
 
 
 @dataclass(frozen=True)
@@ -106,29 +77,27 @@ class MenuMotion:
 
 
 def menu(robot: Robot, joints: Sequence[int], *, loads: bool) -> list[MenuMotion]:
-    """All that is safe.
+    """All that is safe of the motions that come with snakebot, in their order.
 
     Args:
         joints: 1-based, that the explanations still open are about.
         loads: whether one of them feels what the servos bear: then motions in the air are on the menu too.
+
+    Raises:
+        BadInputError: the file of the motions is not sound.
     """
+    known = known_motions()
     options: list[MenuMotion] = []
-    for gaits, offset, duration_s in (
-        (STRAIGHT, 0, DURATION_S),
-        (CURVED, OFFSET_DEG, DURATION_S),
-        (LONG, 0, LONG_S),
-    ):
-        for alpha, omega in gaits:
-            wave = Gait(radians(alpha), radians(BETA_DEG), omega, radians(offset))
-            _add(options, robot, wave, None, duration_s=duration_s)
+    for written in known.gaits:
+        _add(options, robot, written.gait, None, duration_s=written.duration_s)
     groups: list[tuple[int, ...] | None] = [None if len(joints) in (0, robot.joints) else tuple(joints)]
     if len(joints) > 1:
         groups.append((joints[len(joints) // 2],))
-    for lifted, texts in ((False, PROBES), (True, LIFTED if loads and robot.body is not None else ())):
-        for text in texts:
+    in_the_air = known.lifted if loads and robot.body is not None else ()
+    for lifted, probes in ((False, known.probes), (True, in_the_air)):
+        for probe in probes:
             for group in groups:
-                where = "" if group is None else ",joints=" + "+".join(map(str, group))
-                _add(options, robot, None, parse_probe(text + where), lifted=lifted)
+                _add(options, robot, None, replace(probe, joints=group), lifted=lifted)
     return options
 
 

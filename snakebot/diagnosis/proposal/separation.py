@@ -21,7 +21,8 @@ from snakebot.diagnosis.evidence.tolerance import SHAPE_TOLERANCE, StackedTimes,
 from snakebot.diagnosis.evidence.within_bounds import minimum_within
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.proposal.menu import RAMP_S, MenuMotion
+from snakebot.diagnosis.proposal.menu import MenuMotion
+from snakebot.diagnosis.proposal.motions import RAMP_S
 from snakebot.diagnosis.result import BEYOND_CHANCE
 from snakebot.effects.prediction import JointRun, joint_run
 from snakebot.effects.servo_stage import ServoRun

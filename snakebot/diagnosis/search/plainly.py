@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial, run_trial_against
@@ -40,10 +38,9 @@ def by_plainer_effects(evidence: Evidence, library: Library, nominal: Trial, bes
     servo that holds next to nothing, one that is dead predicts a little worse, as it has no number to be fitted.
     """
     usable = {effect.name: effect for effect in library.effects}
-    usual = usual_of(evidence)
     for term in best.hypothesis.terms:
         index = best.hypothesis.terms.index(term)
-        found = comes_to(term.told(best.hypothesis.split(best.theta)[index].tolist()), usual)
+        found = comes_to(term.told(best.hypothesis.split(best.theta)[index].tolist()), evidence.usual)
         if found is None or found[0] not in usable or found[0] in best.hypothesis.names:
             continue
         name, start = found
@@ -84,19 +81,3 @@ def _shared(evidence: Evidence, best: Trial) -> Trial:
         if as_good(evidence.scoring, plain, best):
             best = plain
     return best
-
-
-def usual_of(evidence: Evidence) -> Usual:
-    """Load and speed of the joints in the nominal and the measured motion of the runs that may be fitted."""
-    simulator, runs = evidence.predictor.simulator, evidence.split.free
-    loads = [load for load in map(simulator.load, runs) if load is not None]
-    times = [evidence.data.runs[i].t_s for i in runs]
-    rates = [
-        np.gradient(simulator.smooth[i], t, axis=0) for i, t in zip(runs, times, strict=True) if t.size > 1
-    ]
-    return Usual(_rms(loads), _rms(rates))
-
-
-def _rms(tables: Sequence[Floats]) -> float:
-    """Of all tables together, each as long as any other; 0 of none."""
-    return float(np.sqrt(np.mean([np.mean(np.square(table)) for table in tables]))) if tables else 0.0

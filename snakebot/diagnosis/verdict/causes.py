@@ -26,7 +26,6 @@ from snakebot.diagnosis.result import (
 )
 from snakebot.diagnosis.search.acceptance import lead, touched
 from snakebot.diagnosis.search.groups import degenerate, indistinguishable
-from snakebot.diagnosis.search.plainly import usual_of
 from snakebot.diagnosis.search.rounds import MANY_TERMS
 from snakebot.diagnosis.search.search import SearchResult, without_term
 from snakebot.diagnosis.verdict.at_end import held_back
@@ -43,7 +42,7 @@ from snakebot.diagnosis.verdict.probability import (
     probability,
 )
 from snakebot.diagnosis.verdict.ranking import ranked
-from snakebot.effects.effect import Effect, Usual
+from snakebot.effects.effect import Effect
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
@@ -78,7 +77,6 @@ class _Explanation:
     judgement: Judgement
     budget: Sequence[BudgetEntry]
     options: Options
-    usual: Usual
 
     @property
     def best(self) -> Trial:
@@ -118,7 +116,7 @@ def weigh_causes(
         budget: what each of its terms carries of the gap.
     """
     best = judgement.best
-    explanation = _Explanation(evidence, found, judgement, budget, options, usual_of(evidence))
+    explanation = _Explanation(evidence, found, judgement, budget, options)
     weighed: list[_Weighed] = []
     at = 0
     for index, term in enumerate(best.hypothesis.terms):
@@ -181,7 +179,7 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
             cause = at_most(cause, MOST_BESIDE_GROUND_REST)
     elif index in explanation.judgement.bends:
         cause = less_sure(cause, explanation.judgement.bends[index])
-    cause = held_back_as_another_word(held_back(cause), explanation.usual, options)
+    cause = held_back_as_another_word(held_back(cause), explanation.evidence.usual, options)
     return _Weighed(cause, group, lead(scoring, best, without).mean)
 
 

@@ -14,15 +14,25 @@ from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import parse_effect
 
 
-def left_out(named: Iterable[str], options: Options) -> list[str]:
-    """A warning for each effect that may not be named and leaves nearly the same mark as a ``named`` one. It changes no
-    probability: whoever leaves an effect out may know that it is not there.
+def told_of_left_out(
+    named: Iterable[str], causes: Sequence[Cause], usual: Usual, options: Options
+) -> list[str]:
+    """A warning for each effect that may not be named and leaves nearly the same mark as a ``named`` one, and for each
+    cause that is just another word for one. Of two effects only the latter is said, where both hold: it says more.
+
+    The first changes no probability: whoever leaves an effect out may know that it is not there.
     """
-    return [
+    words = dict.fromkeys((cause.effect, another_word(cause, usual, options)) for cause in causes)
+    alike = [
         f"{other} was left out, and leaves nearly the same mark as {name}; {tells}"
         for name in named
         for other, tells in find_effect(name).confused_with
-        if other in options.exclude
+        if other in options.exclude and (name, other) not in words
+    ]
+    return alike + [
+        f"{name} is, with these values, just {plain}, which was left out: allow that, or leave {name} out, too"
+        for name, plain in words
+        if plain is not None
     ]
 
 
@@ -37,13 +47,3 @@ def another_word(cause: Cause, usual: Usual, options: Options) -> str | None:
 def held_back_as_another_word(cause: Cause, usual: Usual, options: Options) -> Cause:
     """The cause; another word for what was left out is no likelier than what asks for more than it can be."""
     return cause if another_word(cause, usual, options) is None else at_most(cause, MOST_AT_END)
-
-
-def other_words(causes: Sequence[Cause], usual: Usual, options: Options) -> list[str]:
-    """A warning for each such cause."""
-    found = [(cause.effect, another_word(cause, usual, options)) for cause in causes]
-    return [
-        f"{name} is, with these values, just {plain}, which was left out: allow that, or leave {name} out, too"
-        for name, plain in found
-        if plain is not None
-    ]

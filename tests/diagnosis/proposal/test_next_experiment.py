@@ -16,8 +16,10 @@ from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
+from snakebot.diagnosis.proposal import menu as of_menu
 from snakebot.diagnosis.proposal.experiment import Proposal, motion_of, propose
-from snakebot.diagnosis.proposal.menu import CURVED, LIFTED, LONG, PROBES, STRAIGHT, menu
+from snakebot.diagnosis.proposal.menu import menu
+from snakebot.diagnosis.proposal.motions import Motions, known_motions
 from snakebot.effects.registry import find_effect
 from snakebot.gait import check_motion, parse_probe
 from snakebot.gait.probe import KINDS
@@ -40,9 +42,9 @@ def proposed(truth: str, rivals: tuple[str, ...], joints: tuple[int, ...], pose:
 
 
 def test_the_menu_is_safe_and_whole_and_moves_the_joints_in_question() -> None:
-    robot = snake()
+    robot, known = snake(), known_motions()
     one = menu(robot, [3], loads=True)
-    assert len(one) == len(STRAIGHT) + len(CURVED) + len(LONG) + len(PROBES) + len(LIFTED)
+    assert len(one) == len(known.gaits) + len(known.probes) + len(known.lifted)
     for option in one:
         check_motion(option.motion, robot)
         if option.probe is not None:
@@ -150,6 +152,15 @@ def test_what_parameters_can_make_up_for_separates_nothing() -> None:
     )
     found = propose(evidence, [lag, twin], 0.9)
     assert found.experiment is None
+
+
+def test_of_a_menu_that_holds_nothing_no_motion_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(of_menu, "known_motions", lambda: Motions((), (), (), ()))
+    evidence = gather(prepare(make_session(snake(), ["command_delay:delay_s=0.03"], gaits=FAST)))
+    found = propose(evidence, [trial(evidence, name, ALL) for name in ("command_delay", "second_order")], 0.9)
+    assert found.experiment is None
+    assert found.channel is not None
+    assert "in every safe motion" not in found.channel
 
 
 def test_one_explanation_needs_no_experiment() -> None:

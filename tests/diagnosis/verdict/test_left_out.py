@@ -10,7 +10,7 @@ from snakebot.diagnosis.options import Options
 from snakebot.diagnosis.result import Cause
 from snakebot.diagnosis.show.words import summary
 from snakebot.diagnosis.verdict.at_end import MOST_AT_END
-from snakebot.diagnosis.verdict.left_out import another_word, held_back_as_another_word, other_words
+from snakebot.diagnosis.verdict.left_out import another_word, held_back_as_another_word, told_of_left_out
 from snakebot.effects.effect import Usual
 from snakebot.effects.spec import parse_effect
 
@@ -43,7 +43,7 @@ def test_a_cause_that_comes_to_what_was_left_out_is_held_back_and_told(
     found, options = cause(specification), Options(exclude=(plain,))
     assert another_word(found, USUAL, options) == plain
     assert held_back_as_another_word(found, USUAL, options).probability == MOST_AT_END
-    (warning,) = other_words([found], USUAL, options)
+    (warning,) = told_of_left_out([], [found], USUAL, options)
     assert f"is, with these values, just {plain}, which was left out" in warning
 
 
@@ -60,7 +60,21 @@ def test_a_cause_that_comes_to_what_was_left_out_is_held_back_and_told(
 def test_others_are_left_as_they_are(specification: str, exclude: tuple[str, ...]) -> None:
     found, options = cause(specification), Options(exclude=exclude)
     assert held_back_as_another_word(found, USUAL, options) == found
-    assert other_words([found], USUAL, options) == []
+    assert told_of_left_out([], [found], USUAL, options) == []
+
+
+@pytest.mark.parametrize(
+    ("drop_per_s", "said"),
+    [
+        (0.1, ["rate_limit was left out", "torque_limit was left out"]),
+        (0.0, ["torque_limit was left out", "voltage_sag is, with these values"]),
+    ],
+)
+def test_another_word_is_not_told_as_the_same_mark_once_more(drop_per_s: float, said: list[str]) -> None:
+    found = cause(f"voltage_sag:initial_rad_s=2,drop_per_s={drop_per_s}")
+    options = Options(exclude=("rate_limit", "torque_limit"))
+    told = told_of_left_out(["voltage_sag"], [found, found], USUAL, options)
+    assert [line[: len(start)] for line, start in zip(told, said, strict=True)] == said
 
 
 def test_less_probability_is_not_raised() -> None:

@@ -64,13 +64,19 @@ class RepeatDifference:
 
 @dataclass(frozen=True, eq=False)
 class RepeatedPair:
-    """Two runs (indices) told the same. ``changed``: 0-based joints whose difference is no noise."""
+    """Two runs (indices) told the same.
+
+    Attributes:
+        changed: 0-based joints whose difference is no noise.
+        unlike: those whose difference depends on the motion, but is no more than such joints differ by anyway.
+    """
 
     one: int
     other: int
     shift_s: float
     differences: tuple[RepeatDifference, ...]
     changed: tuple[int, ...] = ()
+    unlike: tuple[int, ...] = ()
 
 
 def difference(
@@ -213,33 +219,60 @@ def _with_changes(data: Data, pairs: list[RepeatedPair]) -> list[RepeatedPair]:
     def as_much(d: RepeatDifference) -> bool:
         return change(d) or d.rms_rad > HALF * largest[d.joint]
 
-    return [replace(pair, changed=tuple(d.joint for d in pair.differences if as_much(d))) for pair in pairs]
+    def told(pair: RepeatedPair) -> RepeatedPair:
+        changed = tuple(d.joint for d in pair.differences if as_much(d))
+        unlike = (d.joint for d in pair.differences if d.of_gap > LEAST_OF_GAP and d.joint not in changed)
+        return replace(pair, changed=changed, unlike=tuple(unlike))
+
+    return [told(pair) for pair in pairs]
 
 
 def change_warnings(data: Data, pairs: Sequence[RepeatedPair]) -> tuple[str, ...]:
-    """A line for each pair of runs between which joints changed, the largest first, ``MOST_TOLD`` at most."""
-    changed = [
-        (max(d.rms_rad for d in pair.differences if d.joint in pair.changed), pair)
-        for pair in pairs
-        if pair.changed
+    """A line for each pair of runs between which joints changed, the largest first, ``MOST_TOLD`` at most; and one for
+    the largest difference that depends on the motion and is taken for noise nevertheless.
+    """
+    changed = _largest_first([(pair, pair.changed) for pair in pairs])
+    lines = [
+        f"{_moves_otherwise(data, pair, pair.changed, size)}: the robot changed in between, or does not repeat itself; "
+        "this is not taken for noise. Repeat the motion once more"
+        for size, pair in changed[:MOST_TOLD]
     ]
-    changed.sort(key=lambda item: -item[0])
-    lines = []
-    for size, pair in changed[:MOST_TOLD]:
-        names = sorted(
-            (data.runs[pair.one].name, data.runs[pair.other].name),
-            key=lambda name: name == data.runs[pair.one].name,
-        )
-        which = ", ".join(str(j + 1) for j in pair.changed)
-        one = len(pair.changed) == 1
-        lines.append(
-            f"joint{'' if one else 's'} {which} {'moves' if one else 'move'} otherwise in {names[0]} than in the same "
-            f"motion in {names[1]}, by {np.degrees(size):.2g} deg rms: the robot changed in between, or does not "
-            "repeat itself; this is not taken for noise. Repeat the motion once more"
-        )
     if len(changed) > MOST_TOLD:
         lines.append(f"so it is with {len(changed) - MOST_TOLD} further pairs of runs of the same motion")
+    lines += [
+        f"{_moves_otherwise(data, pair, pair.unlike, size)}, as a function of the motion: something differs between "
+        "these runs (load, supply, temperature, a setting). No simulation of one robot comes nearer, so the noise "
+        "floor has it in it"
+        for size, pair in _largest_first([(pair, pair.unlike) for pair in pairs])[:1]
+    ]
     return tuple(lines)
+
+
+def _largest_first(
+    pairs: Sequence[tuple[RepeatedPair, tuple[int, ...]]],
+) -> list[tuple[float, RepeatedPair]]:
+    """Root mean square of the largest difference of some joints of each pair, rad; pairs without such joints are left
+    out.
+    """
+    found = [
+        (max(d.rms_rad for d in pair.differences if d.joint in joints), pair)
+        for pair, joints in pairs
+        if joints
+    ]
+    return sorted(found, key=lambda item: -item[0])
+
+
+def _moves_otherwise(data: Data, pair: RepeatedPair, joints: Sequence[int], size_rad: float) -> str:
+    names = sorted(
+        (data.runs[pair.one].name, data.runs[pair.other].name),
+        key=lambda name: name == data.runs[pair.one].name,
+    )
+    which = ", ".join(str(j + 1) for j in joints)
+    one = len(joints) == 1
+    return (
+        f"joint{'' if one else 's'} {which} {'moves' if one else 'move'} otherwise in {names[0]} than in the same "
+        f"motion in {names[1]}, by {np.degrees(size_rad):.2g} deg rms"
+    )
 
 
 def doubt_warning(data: Data, pairs: Sequence[RepeatedPair], joint: int) -> str:

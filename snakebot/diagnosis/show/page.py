@@ -10,7 +10,7 @@ from snakebot.diagnosis.show.answer import of_this_robot
 from snakebot.diagnosis.show.first_screen import first_screen
 from snakebot.diagnosis.show.marks import add_causes, trace_charts
 from snakebot.diagnosis.show.named import effect_title, plain, share_in_words
-from snakebot.diagnosis.show.tables import add_budget, add_numbers, add_ranking, add_stated
+from snakebot.diagnosis.show.tables import add_budget, add_by_run, add_numbers, add_ranking, add_stated
 from snakebot.effects.telling import STAGES_IN_WORDS
 from snakebot.in_words import three
 from snakebot.report import Axis, BarChart, Bars, Column, Note, Page, Section, Table
@@ -46,7 +46,9 @@ def page(session: Session, found: Diagnosis) -> str:
             out.section("What carries the gap", "Each cause's share of the squared error above noise."), found
         )
     if found.verdict != "no_gap":
-        _map(out.section("Where the gap lies"), found)
+        section = out.section("Where the gap lies")
+        _map(section, found)
+        add_by_run(section, found)
     if found.ranking:
         add_ranking(out.section("What else was tried"), found)
     stated = out.section("The stated numbers", "What the runs say of the robot's description.")

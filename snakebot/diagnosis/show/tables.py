@@ -22,7 +22,8 @@ from snakebot.diagnosis.show.named import (
     runs_in_words,
     short_specification,
 )
-from snakebot.effects.telling import joints_in_words
+from snakebot.effects.registry import effects
+from snakebot.effects.telling import joints_in_words, shown, shown_span
 from snakebot.in_words import span, three
 from snakebot.report import Axis, BarChart, Bars, Column, Note, Section, Table
 from snakebot.robot import SERVO_LAG, Robot
@@ -58,6 +59,31 @@ def add_numbers(section: Section, found: Diagnosis) -> None:
     section.add(Table(columns, rows))
     lines = "  ".join(f"--effect {short_specification(cause)}" for cause in found.causes)
     section.add(Note(f"In the simulation: {lines}"))
+
+
+def add_by_run(section: Section, found: Diagnosis) -> None:
+    """What differs from run to run, if anything does."""
+    values = found.where.values
+    if values is None:
+        return
+    effect = effects().get(values.effect)
+    parameter = None if effect is None else effect.parameter(values.parameter)
+    rows: list[list[object]] = []
+    for row in values.values:
+        if parameter is None:  # of a package that is not installed here
+            value, ends = f"{three(row.estimate)} {values.unit}", ""
+        else:
+            value = shown(parameter, row.estimate)
+            ends = "" if row.ci95 is None else shown_span(parameter, row.ci95)
+        rows.append([row.run, value, ends, "unlike the others" if row.run in values.unlike else ""])
+    on = joints_in_words(values.joints, joint_count(found))
+    called = values.parameter if parameter is None else parameter.called
+    columns = [Column("run"), Column(called), Column("between", help="95 % interval"), Column("")]
+    caption = (
+        f"{effect_title(values.effect)} on {on}: {called} by run. With a value for each, {values.of_rest:.0%} of the "
+        "rest goes"
+    )
+    section.add(Table(columns, rows, caption=caption))
 
 
 def add_budget(section: Section, found: Diagnosis) -> None:

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.evidence.data import OUTSTANDING
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.repeats import MUCH_OF_GAP
 from snakebot.diagnosis.fit.fit_runs import fit_runs, shift_limits
@@ -22,7 +21,7 @@ from snakebot.diagnosis.fit.hypothesis import Term
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import FULL_STEPS, Trial
 from snakebot.diagnosis.fit.uncertainty import interval
-from snakebot.diagnosis.result import RunEstimate, RunValues
+from snakebot.diagnosis.result import BEYOND_CHANCE, RunEstimate, RunValues
 from snakebot.diagnosis.verdict.rest import Rest
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect
@@ -134,7 +133,7 @@ def _apart(parameter: Parameter, own: _Own) -> bool:
         return False
     value, error = _on_scale(parameter, own)
     low, high = int(np.argmin(value)), int(np.argmax(value))
-    return bool(value[high] - value[low] > OUTSTANDING * math.hypot(error[low], error[high]))
+    return bool(value[high] - value[low] > BEYOND_CHANCE * math.hypot(error[low], error[high]))
 
 
 def _unlike(parameter: Parameter, own: _Own) -> list[int]:

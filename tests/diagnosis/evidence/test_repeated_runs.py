@@ -16,7 +16,7 @@ from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import gather
 from snakebot.diagnosis.evidence.sanity import check_session
 from snakebot.diagnosis.fit.trial import nominal_trial
-from snakebot.effects import EffectSpec, Plant
+from snakebot.effects import EffectSpec, Plant, predict
 from snakebot.runlog import Run, Session
 from snakebot.runlog.matching.motion import CommandedMotion, Match, same_motion
 
@@ -119,6 +119,48 @@ def test_a_joint_that_changed_before_the_repeat_is_not_noisy(effect: str) -> Non
     (warning,) = floor.warnings
     assert "joint 2 moves otherwise in run_04 than in the same motion in run_01" in warning
     assert gap_joints(runs) == [2]
+
+
+def there_and_back(effects: Sequence[str], name: str, seed: int) -> Run:
+    """One slow stroke forth and one back: too few to show that a difference depends on the motion."""
+    t_s = np.arange(0, 8, 0.01)
+    command = np.outer(np.radians(40) * np.sin(np.pi * t_s / 8) ** 2, np.ones(2))
+    reading = predict(ROBOT, effects, t_s, command, quantise=False).encoder_rad
+    noise = np.radians(0.05) * np.random.default_rng(seed).normal(size=command.shape)
+    return Run(name, t_s, command, reading + noise)
+
+
+def test_where_a_joint_changed_its_other_motions_are_no_noise_either() -> None:
+    gain = ["command_gain:gain=0.6,joints=2"]
+    quick = (40, 80, 3.0)
+    runs = [
+        there_and_back((), "slow", 0),
+        make_run(ROBOT, (), quick, "quick", seed=1, duration_s=8.0),
+        replace(there_and_back(gain, "slow_again", 2), repeat_of="slow"),
+        replace(make_run(ROBOT, gain, quick, "quick_again", seed=3, duration_s=8.0), repeat_of="quick"),
+    ]
+    alone = floor_of([runs[0], runs[2], runs[1]])
+    assert not alone.warnings
+    assert np.degrees(alone.rad[1]) > 1.0  # nothing tells that it is no noise
+    floor = floor_of(runs)
+    assert np.degrees(floor.rad) == pytest.approx([0.05, 0.05], abs=0.02)
+    assert [w.partition(" otherwise")[0] for w in floor.warnings] == ["joint 2 moves"] * 2
+
+
+def test_a_robot_that_is_a_little_another_one_in_every_repeat_is_told() -> None:
+    """Three motions, each made with two loads: nothing tells what is usual, so all of it is in the floor."""
+    runs = []
+    for again, effects in enumerate(((), ["command_gain:gain=0.95,joints=2"])):
+        for i, gait in enumerate(GAITS):
+            lag = ["servo_lag:time_constant_s=0.15", *effects]
+            run = make_run(ROBOT, lag, gait, f"run_{i}{'ab'[again]}", seed=10 * again + i, duration_s=8.0)
+            runs.append(replace(run, repeat_of=f"run_{i}a") if again else run)
+    floor = floor_of(runs)
+    assert np.degrees(floor.rad[1]) > 0.3
+    (warning,) = floor.warnings
+    assert warning.startswith("joint 2 moves otherwise in run_")
+    assert "as a function of the motion" in warning
+    assert floor.known
 
 
 def test_a_joint_that_was_stuck_all_along_but_in_the_first_run_has_a_gap() -> None:

@@ -7,10 +7,10 @@ from answers import KINDS, LIMIT, WEIGHT, made, trace
 from sessions import bench, make_session, snake
 
 from snakebot.diagnosis import diagnose
-from snakebot.diagnosis.result import Diagnosis, RankingEntry, RunSpeed
+from snakebot.diagnosis.result import Diagnosis, RankingEntry, RunEstimate, RunSpeed, RunValues
 from snakebot.diagnosis.show.marks import speed_charts, trace_charts
 from snakebot.diagnosis.show.page import page
-from snakebot.diagnosis.show.tables import add_budget, add_ranking, add_stated
+from snakebot.diagnosis.show.tables import add_budget, add_by_run, add_ranking, add_stated
 from snakebot.report import LineChart, Section, Table
 from snakebot.runlog import Session
 
@@ -112,3 +112,34 @@ def test_a_share_of_next_to_nothing_has_no_sign() -> None:
     add_budget(section, found.model_copy(update={"budget": (carries,), "budget_rest": (rest,)}))
     by_joint = {row[0]: row[1:] for row in rows_of(section) if row[0].startswith("joint")}
     assert by_joint == {"joint 1": ["0", "100"], "joint 2": ["no gap", "no gap"], "joint 3": ["100", "0"]}
+
+
+@pytest.mark.parametrize(
+    ("effect", "value"), [("rate_limit", "1.20 rad/s"), ("of_another_package", "1.20 rad/s")]
+)
+def test_what_differs_from_run_to_run_is_a_table(effect: str, value: str) -> None:
+    found = made("explained", LIMIT)
+    values = RunValues(
+        effect=effect,
+        parameter="limit_rad_s",
+        unit="rad/s",
+        joints=(1,),
+        values=(
+            RunEstimate(run="one.csv", estimate=1.2, ci95=(1.1, 1.3)),
+            RunEstimate(run="two.csv", estimate=0.8, ci95=None),
+        ),
+        unlike=("two.csv",),
+        of_rest=0.9,
+    )
+    section = Section("")
+    add_by_run(section, found.model_copy(update={"where": found.where.model_copy(update={"values": values})}))
+    first, second = rows_of(section)
+    assert first[:2] == ["one.csv", value]
+    assert second[0] == "two.csv"
+    assert second[2:] == ["", "unlike the others"]
+
+
+def test_nothing_that_differs_from_run_to_run_is_no_table() -> None:
+    section = Section("")
+    add_by_run(section, made("explained", LIMIT))
+    assert not section.blocks

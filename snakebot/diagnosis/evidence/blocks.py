@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.arrays import Floats, Ints
-from snakebot.diagnosis.evidence.data import Data
+from snakebot.diagnosis.evidence.data import OUTSTANDING, Data
+from snakebot.diagnosis.result import MOST_TOLD
 
 LEAST_FILLED = 0.25  # share of its samples, below which a block is left out; chosen
 # Correlation of neighbouring blocks that is believed at most: it makes an error three times as large; chosen.
@@ -105,6 +106,17 @@ def mean_difference(gain: Floats, cluster: Ints) -> MeanDifference:
     lagged = float((centred[1:] * centred[:-1])[same].sum()) / freedom
     rho = float(np.clip(lagged / variance, 0.0, MOST_CORRELATED)) if variance > 0 else 0.0
     return MeanDifference(mean, float(np.sqrt(variance / n * (1 + rho) / (1 - rho))))
+
+
+def few_stretches(names: Ints, square: Floats, usual: Floats | float) -> list[Ints]:
+    """Blocks that stand out of the usual mean square, together where their ``names`` (b,), in ascending order, follow
+    each other; none where these are more than ``MOST_TOLD`` stretches.
+    """
+    high = names[square > OUTSTANDING**2 * usual]
+    if not high.size:
+        return []
+    parts = np.split(high, np.flatnonzero(np.diff(high) > 1) + 1)
+    return parts if len(parts) <= MOST_TOLD else []
 
 
 def resample(cluster: Ints, rng: np.random.Generator, draws: int) -> Ints:

@@ -207,6 +207,6 @@ def in_words(values: RunValues, count: int) -> str:
     return (
         f"{on}, {title(effect)}: {parameter.called} differs from run to run, from {shown(parameter, low.estimate)} in "
         f"{low.run} to {shown(parameter, high.estimate)} in {high.run}; with a value for each run "
-        f"{values.of_rest:.0%} of the rest goes. Look at what else differs between these runs (load, supply, "
-        "temperature, a setting), and diagnose unlike runs apart"
+        f"{values.of_rest:.0%} of the rest goes. Look at what differs between these runs (load, supply, temperature, a "
+        "setting: diagnose such runs apart); if only the motion does, it follows another law"
     )

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.evidence.data import OUTSTANDING
+from snakebot.diagnosis.evidence.blocks import few_stretches
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import HALF, MOST_TOLD, Stretch
+from snakebot.diagnosis.result import HALF, Stretch
 from snakebot.diagnosis.verdict.rest import Rest
 from snakebot.in_words import listed
 
@@ -29,17 +29,12 @@ def stretches(evidence: Evidence, best: Trial, rest: Rest, runs: Sequence[int]) 
         if total <= 0:
             continue
         usual = np.maximum(np.median(square[mine]), allowed)
-        high = mine & (square > OUTSTANDING**2 * usual)
-        parts = _neighbours(np.flatnonzero(high))
-        if over[high].sum() < HALF * total or len(parts) > MOST_TOLD or _fills_a_run(blocks.run, mine, high):
+        parts = few_stretches(np.flatnonzero(mine), square[mine], usual[mine])
+        high = np.isin(np.arange(blocks.count), np.concatenate([[], *parts]))
+        if over[high].sum() < HALF * total or _fills_a_run(blocks.run, mine, high):
             continue
         found += [_stretch(evidence, joint, part, float(over[part].sum()) / total) for part in parts]
     return tuple(sorted(found, key=lambda one: -one.share))
-
-
-def _neighbours(rows: Ints) -> list[Ints]:
-    """Blocks of one joint that follow each other, together: they have consecutive numbers within a run."""
-    return np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1) if rows.size else []
 
 
 def _fills_a_run(run: Ints, mine: Bools, high: Bools) -> bool:
@@ -70,6 +65,6 @@ def _of_joint(joint: int, found: Sequence[Stretch]) -> str:
     share = sum(one.share for one in found)
     when = listed([f"from {one.begin_s:.1f} to {one.end_s:.1f} s in {one.run}" for one in found])
     return (
-        f"joint {joint}: {share:.0%} of what is left over is {when}: look at what happened then (somebody touched "
-        "the robot, it met something, a wire was loose)"
+        f"joint {joint}: {share:.0%} of what is left over is {when}: look at what the motion does then, and at what "
+        "happened (somebody touched the robot, it met something, a wire was loose)"
     )

@@ -178,9 +178,25 @@ def test_what_broke_in_mid_run_hides_nothing() -> None:
     assert found.where.joints == (2,)
     still, repeats = found.warnings[:2]
     assert still.startswith("run_04: from 4.5 to 8.0 s joint 2 is told to move by")
-    assert repeats.startswith("joint 2: run_04 and run_01, the same motion, are")
-    assert found.closure.joint_angle.reason is not None
-    assert "no gap" not in found.closure.joint_angle.reason
+    assert repeats.startswith("joint 2: run_01 and run_04, the same motion, part from 4.0 to 8.0 s")
+    assert found.closure.joint_angle.closed == 0.0
+    (time,) = found.where.times
+    assert (time.run, time.joint) == ("run_04", 2)
+
+
+def test_a_disturbance_in_a_repeat_is_no_noise() -> None:
+    """Somebody held joint 2 for two seconds: that made a floor of 1.7 deg, and "no gap" of all that it hid."""
+    runs = runs_of((), (), (), ())
+    held = runs[-1].measured_rad.copy()
+    held[(runs[-1].t_s >= 3.0) & (runs[-1].t_s < 5.0), 1] += 0.1
+    runs[-1] = replace(runs[-1], measured_rad=held)
+    floor = floor_of(runs)
+    assert np.degrees(floor.rad) == pytest.approx([0.05, 0.05], abs=0.02)
+    (warning,) = floor.warnings
+    assert warning.startswith(
+        "joint 2: run_01 and run_04, the same motion, part from 3.0 to 5.0 s, by 5.7 deg rms"
+    )
+    assert gap_joints(runs) == [2]
 
 
 def test_of_three_repeats_the_two_that_agree_tell_the_noise() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
 
@@ -55,10 +56,14 @@ def statement(found: Diagnosis, *, hedged: bool = True) -> str:
         return _no_gap(found)
     if found.verdict == "unexplained":
         return _unexplained(found, count)
-    parts = [_with_rivals(cause, count) for cause in found.causes[:MOST_TOLD]]
+    causes = _credible(found)
+    parts = [_with_rivals(cause, count) for cause in causes[:MOST_TOLD]]
     more = len(found.causes) - len(parts)
-    ties = [bool(cause.indistinguishable_from) for cause in found.causes]
-    if any(ties[:-1]):  # said of the tie alone, and not of what comes after it
+    ties = [bool(cause.indistinguishable_from) for cause in causes]
+    apart = any(ties[:-1]) or (
+        more > 0 and any(ties)
+    )  # said of the tie alone, and not of what comes after it
+    if apart:
         parts = [
             f"{part} (these runs cannot tell)" if tie else part
             for part, tie in zip(parts, ties, strict=False)
@@ -67,11 +72,16 @@ def statement(found: Diagnosis, *, hedged: bool = True) -> str:
     text += f" (and {more} more)" if more > 0 else ""
     said = certainty.word(found)
     if any(ties):
-        text += "" if any(ties[:-1]) else ": these runs cannot tell"
+        text += "" if apart else ": these runs cannot tell"
     elif said == "a tie":
         text += ", or it is another explanation that fits as well"
     start = {"likely": "Probably ", "a guess": "Perhaps "}.get(said, "") if hedged else ""
     return f"{start}{_inside(text) if start else text}."
+
+
+def _credible(found: Diagnosis) -> Sequence[Cause]:
+    """The causes without those of next to no probability, which only help the others to fit; all, if none is left."""
+    return [cause for cause in found.causes if cause.probability >= LITTLE] or found.causes
 
 
 def _with_rivals(cause: Cause, count: int) -> str:
@@ -229,7 +239,9 @@ def advice(found: Diagnosis) -> list[Advice]:
             out.append(Advice(RUN, tip))
     else:
         out += [
-            Advice(ROBOT, _look(cause, found)) for cause in found.causes[:MOST_LOOKS] if _look(cause, found)
+            Advice(ROBOT, _look(cause, found))
+            for cause in _credible(found)[:MOST_LOOKS]
+            if _look(cause, found)
         ]
     if run is not None:
         lifted = " with the robot lifted off the ground" if run.lifted else ""

@@ -245,3 +245,17 @@ def test_where_little_falls_in_all_it_is_told_of_the_joints_of_the_cause() -> No
     assert told in said(0.3, rows)
     assert told not in said(0.9, rows)  # said of all of them
     assert "On joint 3" not in said(0.3, rows[2:3])  # there is no other
+
+
+def test_a_cause_of_next_to_no_probability_is_counted_and_not_told() -> None:
+    """Clocks that drift, at 1 %, were told in the first sentence beside what closes the gap."""
+    found = made("explained", SCALE, LIMIT.model_copy(update={"probability": 0.01}))
+    said = sentence(found)
+    assert (
+        "joint 1 turns 0.900 times the angle that it is told, or it is an encoder of wrong scale (these"
+        in said
+    )
+    assert "(and 1 more)" in said
+    assert "cannot turn faster" not in said
+    alone = made("explained", LIMIT.model_copy(update={"probability": 0.01}))
+    assert "cannot turn faster" in sentence(alone)

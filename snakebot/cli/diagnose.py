@@ -29,7 +29,7 @@ Examples:
   snakebot diagnose my_session
   snakebot diagnose runs/*.mcap --json verdict.json --report verdict.html
   snakebot diagnose my_session --apply calibrated.yaml
-  snakebot diagnose my_session --exclude backlash --known rate_limit.limit_rad_s=1.6
+  snakebot diagnose my_session --absent backlash --known rate_limit.limit_rad_s=1.6
   snakebot diagnose my_session --json - | jq .verdict
   snakebot diagnose sessions/* --table all.parquet --dask tcp://127.0.0.1:8786
   snakebot diagnose --live new_logs --port serial:/dev/ttyUSB0 --view
@@ -106,7 +106,14 @@ class LiveOptions:
     shell_complete=names.effect_names,
     multiple=True,
     metavar="EFFECT",
-    help="Never name this effect; may be repeated.",
+    help="Never name this effect; may be repeated. It may be there: what leaves the same mark is less sure.",
+)
+@click.option(
+    "--absent",
+    shell_complete=names.effect_names,
+    multiple=True,
+    metavar="EFFECT",
+    help="You know that this effect is not there; may be repeated.",
 )
 @click.option(
     "--only",
@@ -154,6 +161,7 @@ def command(
     dask: str | None,
     robot_source: str | None,
     exclude: tuple[str, ...],
+    absent: tuple[str, ...],
     only: tuple[str, ...],
     known: tuple[str, ...],
     seed: int,
@@ -187,7 +195,14 @@ def command(
         _refuse_of_one(json_path, report_path, apply_path, live)
         from snakebot.cli.diagnose_many import diagnose_to_table
 
-        how = {"exclude": exclude, "only": only, "known": measured, "seed": seed, "quick": quick}
+        how = {
+            "exclude": exclude,
+            "absent": absent,
+            "only": only,
+            "known": measured,
+            "seed": seed,
+            "quick": quick,
+        }
         diagnose_to_table(sources, table_path, dask, how, lambda one: given_session((one,), robot_source))
         return
     if dask is not None:
@@ -203,7 +218,14 @@ def command(
                 told(text, share)
 
             return diagnose(
-                session, exclude=exclude, only=only, known=measured, seed=seed, quick=quick, progress=progress
+                session,
+                exclude=exclude,
+                absent=absent,
+                only=only,
+                known=measured,
+                seed=seed,
+                quick=quick,
+                progress=progress,
             )
 
     if live:

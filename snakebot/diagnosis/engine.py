@@ -41,6 +41,7 @@ def diagnose(
     session: Session,
     *,
     exclude: Sequence[str] = (),
+    absent: Sequence[str] = (),
     only: Sequence[str] = (),
     known: Mapping[str, float] | None = None,
     seed: int = 0,
@@ -53,14 +54,14 @@ def diagnose(
 
     Args:
         session: runs of one robot with the nominal robot description.
-        exclude, only, known, seed, quick: see ``Options``.
+        exclude, absent, only, known, seed, quick: see ``Options``.
         progress: called with what is being done and the share that is done.
 
     Raises:
         BadInputError: the session cannot be diagnosed, an option names no effect or parameter, or the file of the
             motions is not sound.
     """
-    options = Options(tuple(exclude), tuple(only), dict(known or {}), seed, quick)
+    options = Options(tuple(exclude), tuple(absent), tuple(only), dict(known or {}), seed, quick)
     options.check()
     # Fits run side by side already (``fit.parallel``). The products in them are thin, p x N by N x p: further threads
     # of the linear algebra wait for each other on the same cores, which took twice the processor time.
@@ -82,7 +83,7 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
         over_ground=evidence.ground is not None,
         known=options.known,
         only=options.only,
-        exclude=options.exclude,
+        exclude=options.unnamed,
     )
     nominal, evidence = against_nominal(evidence)
     found = search(

@@ -17,7 +17,9 @@ class Options:
     """The options of ``diagnose``.
 
     Attributes:
-        exclude, only: effects that may not, or alone may, be named.
+        exclude, only: effects that may not, or alone may, be named. What may not be named may still be there: it has a
+            part of the probability of what leaves nearly the same mark.
+        absent: effects that the user knows are not there; they are not named, and nothing is doubted for their sake.
         known: parameters that the user has measured, ``{"limit_rad_s": 1.6}`` or ``{"rate_limit.limit_rad_s": 1.6}``;
             they are not fitted.
         seed: of the bootstrap and of drawn noise.
@@ -25,6 +27,7 @@ class Options:
     """
 
     exclude: tuple[str, ...] = ()
+    absent: tuple[str, ...] = ()
     only: tuple[str, ...] = ()
     known: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
@@ -32,17 +35,22 @@ class Options:
 
     def may_name(self, effect: str) -> bool:
         """Whether this effect may be a cause."""
-        return effect not in self.exclude and (not self.only or effect in self.only)
+        return effect not in self.unnamed and (not self.only or effect in self.only)
+
+    @property
+    def unnamed(self) -> tuple[str, ...]:
+        """Effects that are not searched for."""
+        return (*self.exclude, *self.absent)
 
     def check(self) -> None:
         """
         Raises:
             BadInputError: an option names no effect or parameter, or nothing is left to try.
         """
-        for name in (*self.exclude, *self.only):
+        for name in (*self.unnamed, *self.only):
             find_effect(name)
-        if self.only and not set(self.only) - set(self.exclude):
-            raise BadInputError("--only and --exclude leave no effect to try")
+        if self.only and not set(self.only) - set(self.unnamed):
+            raise BadInputError("--only with --exclude and --absent leaves no effect to try")
         for key, value in self.known.items():
             _check_known(key, value)
 

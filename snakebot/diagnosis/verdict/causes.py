@@ -33,7 +33,7 @@ from snakebot.diagnosis.verdict.bend import less_sure
 from snakebot.diagnosis.verdict.closure import angle_closure, forward_speeds, speed_closure
 from snakebot.diagnosis.verdict.decision import Judgement
 from snakebot.diagnosis.verdict.joints import joints_of
-from snakebot.diagnosis.verdict.left_out import held_back_as_another_word
+from snakebot.diagnosis.verdict.left_out import held_back_as_another_word, shared_with_left_out
 from snakebot.diagnosis.verdict.noise import EncoderScatter
 from snakebot.diagnosis.verdict.probability import (
     MOST_BESIDE_GROUND_REST,
@@ -179,7 +179,8 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
             cause = at_most(cause, MOST_BESIDE_GROUND_REST)
     elif index in explanation.judgement.bends:
         cause = less_sure(cause, explanation.judgement.bends[index])
-    cause = held_back_as_another_word(held_back(cause), explanation.evidence.usual, options)
+    cause = shared_with_left_out(held_back(cause), options)
+    cause = held_back_as_another_word(cause, explanation.evidence.usual, options)
     return _Weighed(cause, group, lead(scoring, best, without).mean)
 
 

@@ -10,7 +10,7 @@ from snakebot.diagnosis.search.plainly import comes_to
 from snakebot.diagnosis.verdict.at_end import MOST_AT_END
 from snakebot.diagnosis.verdict.probability import at_most
 from snakebot.effects.effect import Usual
-from snakebot.effects.registry import find_effect
+from snakebot.effects.registry import effects, find_effect
 from snakebot.effects.spec import parse_effect
 
 
@@ -19,14 +19,13 @@ def told_of_left_out(
 ) -> list[str]:
     """A warning for each effect that may not be named and leaves nearly the same mark as a ``named`` one, and for each
     cause that is just another word for one. Of two effects only the latter is said, where both hold: it says more.
-
-    The first changes no probability: whoever leaves an effect out may know that it is not there.
     """
     words = dict.fromkeys((cause.effect, another_word(cause, usual, options)) for cause in causes)
     alike = [
-        f"{other} was left out, and leaves nearly the same mark as {name}; {tells}"
+        f"{other} was left out, and leaves nearly the same mark as {name}; {tells}. It has a part of the probability; "
+        f"if you know that it is not there, say --absent {other}"
         for name in named
-        for other, tells in find_effect(name).confused_with
+        for other, tells in look_alikes(name).items()
         if other in options.exclude and (name, other) not in words
     ]
     return alike + [
@@ -36,12 +35,33 @@ def told_of_left_out(
     ]
 
 
+def look_alikes(name: str) -> dict[str, str]:
+    """Effects that leave nearly the same mark, whichever of the two says so, and what tells them apart."""
+    others = {
+        other: tells
+        for other, effect in effects().items()
+        for alike, tells in effect.confused_with
+        if alike == name
+    }
+    return others | dict(find_effect(name).confused_with)
+
+
+def shared_with_left_out(cause: Cause, options: Options) -> Cause:
+    """The cause without the part of its probability that is due to effects that may be there, but may not be named:
+    each that leaves nearly the same mark is as likely as each of those named.
+    """
+    named = {cause.effect, *cause.indistinguishable_from}
+    others = {other for name in named for other in look_alikes(name) if other in options.exclude}
+    share = len(named) / (len(named) + len(others))
+    return cause.model_copy(update={"probability": round(cause.probability * share, 3)})
+
+
 def another_word(cause: Cause, usual: Usual, options: Options) -> str | None:
     """The plainer effect that a cause, with its values, is just another word for, if that one was left out; None if
     there is none. Whoever knows that the plainer one is not there knows that this one is not there either.
     """
     plainer = comes_to(parse_effect(cause.specification), usual)
-    return plainer[0] if plainer is not None and plainer[0] in options.exclude else None
+    return plainer[0] if plainer is not None and plainer[0] in options.unnamed else None
 
 
 def held_back_as_another_word(cause: Cause, usual: Usual, options: Options) -> Cause:

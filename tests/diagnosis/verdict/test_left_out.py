@@ -10,8 +10,15 @@ from snakebot.diagnosis.options import Options
 from snakebot.diagnosis.result import Cause
 from snakebot.diagnosis.show.words import summary
 from snakebot.diagnosis.verdict.at_end import MOST_AT_END
-from snakebot.diagnosis.verdict.left_out import another_word, held_back_as_another_word, told_of_left_out
+from snakebot.diagnosis.verdict.left_out import (
+    another_word,
+    held_back_as_another_word,
+    look_alikes,
+    shared_with_left_out,
+    told_of_left_out,
+)
 from snakebot.effects.effect import Usual
+from snakebot.effects.registry import effects
 from snakebot.effects.spec import parse_effect
 
 USUAL = Usual(load_nm=1.0, rate_rad_s=1.0)
@@ -75,6 +82,41 @@ def test_another_word_is_not_told_as_the_same_mark_once_more(drop_per_s: float, 
     options = Options(exclude=("rate_limit", "torque_limit"))
     told = told_of_left_out(["voltage_sag"], [found, found], USUAL, options)
     assert [line[: len(start)] for line, start in zip(told, said, strict=True)] == said
+
+
+@pytest.mark.parametrize(
+    ("options", "ties", "probability"),
+    [
+        (Options(exclude=("encoder_gain",)), (), 0.45),
+        (Options(absent=("encoder_gain",)), (), 0.9),  # whoever knows that it is not there
+        (Options(exclude=("backlash",)), (), 0.9),  # no look-alike
+        (Options(exclude=("encoder_gain", "servo_lag")), (), 0.3),
+        (Options(exclude=("servo_lag",)), ("encoder_gain",), 0.6),
+    ],
+)
+def test_a_look_alike_that_may_not_be_named_has_its_part_of_the_probability(
+    options: Options, ties: tuple[str, ...], probability: float
+) -> None:
+    found = cause("command_gain:gain=0.9").model_copy(update={"indistinguishable_from": ties})
+    assert shared_with_left_out(found, options).probability == pytest.approx(probability)
+
+
+def test_look_alikes_are_so_both_ways() -> None:
+    for name in effects():
+        for other in look_alikes(name):
+            assert name in look_alikes(other)
+
+
+def test_an_encoder_that_may_not_be_named_makes_the_joint_a_guess() -> None:
+    session = make_session(bench(), ["encoder_gain:gain=0.93,joints=2"])
+    found = diagnose(session, exclude=["encoder_gain"], quick=True)
+    assert [c.effect for c in found.causes] == ["command_gain"]
+    assert found.causes[0].probability < 0.5
+    assert any("--absent encoder_gain" in w for w in found.warnings)
+    sure = diagnose(session, absent=["encoder_gain"], quick=True)
+    assert [c.effect for c in sure.causes] == ["command_gain"]
+    assert sure.causes[0].probability > 0.85
+    assert not any("left out" in w for w in sure.warnings)
 
 
 def test_less_probability_is_not_raised() -> None:

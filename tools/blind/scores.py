@@ -92,6 +92,14 @@ def caught_left_out(answer: Answer | None) -> bool:
     return unexplained(answer) or (cause is not None and cause["probability"] < LOW_PROBABILITY)
 
 
+def caught_undoubted(answer: Answer | None) -> bool:
+    """The same, without the part of the probability that goes to look-alikes because they may not be named."""
+    cause = first_cause(answer)
+    if unexplained(answer) or cause is None:
+        return unexplained(answer)
+    return bool(cause["probability"] / cause.get("evidence", {}).get("share_of_named", 1.0) < LOW_PROBABILITY)
+
+
 def names_its_kind(label: Label, answer: Answer | None) -> bool:
     """The true effect was left out, which was not caught: another of its kind is named, but for those of the body."""
     if answer is None or label["stratum"] != "left_out" or caught_left_out(answer):
@@ -292,6 +300,10 @@ def figures(
                 caught_left_out(a) or i in alike for i, (lab, a) in enumerate(pairs)
                 if lab["stratum"] == "left_out" and size(lab) >= PLAIN
             ],
+        ),
+        share(
+            "left_out_undoubted", "the same, if --exclude itself raised no doubt", "none", None, None,
+            [caught_undoubted(a) for _, a in left_out],
         ),
         share(
             "left_out_joints", "left out >= 3x: joints right", ">= 98 %", 0.98, None,

@@ -61,6 +61,8 @@ def why(found: Diagnosis) -> str:
         limits.append(tie_sentence(found)[0].lower() + tie_sentence(found)[1:])
     if any("bend" in cause.evidence for cause in found.causes):
         limits.append("what is left bends with the angle, and what is named is straight")
+    if any("share_of_named" in cause.evidence for cause in found.causes):
+        limits.append("an effect that would look the same may not be named")
     if found.verdict == "partly":
         limits.append("a part of the gap follows another law")
     if limits:

@@ -52,8 +52,14 @@ def shared_with_left_out(cause: Cause, options: Options) -> Cause:
     """
     named = {cause.effect, *cause.indistinguishable_from}
     others = {other for name in named for other in look_alikes(name) if other in options.exclude}
+    if not others:
+        return cause
     share = len(named) / (len(named) + len(others))
-    return cause.model_copy(update={"probability": round(cause.probability * share, 3)})
+    told = {
+        "probability": round(cause.probability * share, 3),
+        "evidence": {**cause.evidence, "share_of_named": share},
+    }
+    return cause.model_copy(update=told)
 
 
 def another_word(cause: Cause, usual: Usual, options: Options) -> str | None:

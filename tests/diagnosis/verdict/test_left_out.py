@@ -112,6 +112,9 @@ def test_an_encoder_that_may_not_be_named_makes_the_joint_a_guess() -> None:
     found = diagnose(session, exclude=["encoder_gain"], quick=True)
     assert [c.effect for c in found.causes] == ["command_gain"]
     assert found.causes[0].probability < 0.5
+    assert any(
+        "an effect that would look the same may not be named" in line.lower() for line in summary(found)
+    )
     assert any("--absent encoder_gain" in w for w in found.warnings)
     sure = diagnose(session, absent=["encoder_gain"], quick=True)
     assert [c.effect for c in sure.causes] == ["command_gain"]

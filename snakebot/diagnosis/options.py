@@ -50,7 +50,7 @@ class Options:
         for name in (*self.unnamed, *self.only):
             find_effect(name)
         if self.only and not set(self.only) - set(self.unnamed):
-            raise BadInputError("--only with --exclude and --absent leaves no effect to try")
+            raise BadInputError("--only, --exclude and --absent leave no effect to try")
         for key, value in self.known.items():
             _check_known(key, value)
 

@@ -19,7 +19,7 @@ PRIOR = np.array([0.0, 1.0, -1.0, 2.0, 1.0, 1.0, 0.0, 0.0, 0.0])
 def evidence_of(cause: dict[str, object]) -> CauseFeatures | None:
     """The evidence that stands beside a cause; None where its probability comes from elsewhere."""
     found = cause["evidence"]
-    if not isinstance(found, dict) or not found:
+    if not isinstance(found, dict) or "lead" not in found:
         return None
     return CauseFeatures(
         lead=found["lead"],

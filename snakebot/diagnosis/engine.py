@@ -83,7 +83,8 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
         over_ground=evidence.ground is not None,
         known=options.known,
         only=options.only,
-        exclude=options.unnamed,
+        exclude=options.exclude,
+        absent=options.absent,
     )
     nominal, evidence = against_nominal(evidence)
     found = search(
@@ -99,7 +100,7 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
 
     progress("what is left over", 0.78)
     judgement = judge(evidence, found, options)
-    conclusion = conclude(evidence, found, judgement, options, progress)
+    conclusion = conclude(evidence, found, judgement, library.unnamed, options, progress)
     warnings += judgement.warnings
     named = dict.fromkeys(term.effect for term in judgement.best.hypothesis.terms)
     lacking = [find_effect(name).lacks(evidence.data.robot) for name in named]
@@ -108,8 +109,8 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
     warnings += [text for text in doubts if text is not None]
     if conclusion.where.values is not None:
         warnings.append(run_by_run.in_words(conclusion.where.values, evidence.data.joints))
-    warnings += stretches.in_words(conclusion.where.times)
-    warnings += told_of_left_out(named, conclusion.causes, evidence.usual, options)
+    warnings += stretches.in_words(conclusion.where.times, evidence.data.joints)
+    warnings += told_of_left_out(named, conclusion.causes, evidence.usual, library.unnamed, options)
 
     proposal = Proposal(None, None)
     if not options.quick and conclusion.open_rivals:

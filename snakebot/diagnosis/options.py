@@ -17,9 +17,10 @@ class Options:
     """The options of ``diagnose``.
 
     Attributes:
-        exclude, only: effects that may not, or alone may, be named. What may not be named may still be there: it has a
-            part of the probability of what leaves nearly the same mark.
+        exclude: effects that may not be named. Each may still be there: it has a part of the probability of what leaves
+            nearly the same mark.
         absent: effects that the user knows are not there; they are not named, and nothing is doubted for their sake.
+        only: effects that alone may be named; nothing is doubted for the sake of others.
         known: parameters that the user has measured, ``{"limit_rad_s": 1.6}`` or ``{"rate_limit.limit_rad_s": 1.6}``;
             they are not fitted.
         seed: of the bootstrap and of drawn noise.
@@ -35,10 +36,10 @@ class Options:
 
     def may_name(self, effect: str) -> bool:
         """Whether this effect may be a cause."""
-        return effect not in self.unnamed and (not self.only or effect in self.only)
+        return effect not in self.left_out and (not self.only or effect in self.only)
 
     @property
-    def unnamed(self) -> tuple[str, ...]:
+    def left_out(self) -> tuple[str, ...]:
         """Effects that are not searched for."""
         return (*self.exclude, *self.absent)
 
@@ -47,9 +48,9 @@ class Options:
         Raises:
             BadInputError: an option names no effect or parameter, or nothing is left to try.
         """
-        for name in (*self.unnamed, *self.only):
+        for name in (*self.left_out, *self.only):
             find_effect(name)
-        if self.only and not set(self.only) - set(self.unnamed):
+        if self.only and not set(self.only) - set(self.left_out):
             raise BadInputError("--only, --exclude and --absent leave no effect to try")
         for key, value in self.known.items():
             _check_known(key, value)

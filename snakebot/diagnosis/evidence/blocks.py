@@ -26,12 +26,14 @@ class BlockMap:
     Attributes:
         of_sample: per run (N, k), the block or -1 where the sample is not used.
         run, joint, samples: (B,) of each block.
+        place: (B,) its number in its run: neighbours in time follow each other.
     """
 
     of_sample: tuple[Ints, ...]
     run: Ints
     joint: Ints
     samples: Floats
+    place: Ints
 
     @property
     def count(self) -> int:
@@ -52,6 +54,7 @@ def block_map(data: Data) -> BlockMap:
     run_of: list[Ints] = []
     joint_of: list[Ints] = []
     samples_of: list[Floats] = []
+    place_of: list[Ints] = []
     first = 0
     for index, run in enumerate(data.runs):
         number = np.full(run.use.shape, -1, dtype=np.int64)
@@ -66,10 +69,15 @@ def block_map(data: Data) -> BlockMap:
             run_of.append(np.full(kept.size, index, dtype=np.int64))
             joint_of.append(np.full(kept.size, joint, dtype=np.int64))
             samples_of.append(counts[kept].astype(np.float64))
+            place_of.append(kept)
             first += kept.size
         of_sample.append(number)
     return BlockMap(
-        tuple(of_sample), np.concatenate(run_of), np.concatenate(joint_of), np.concatenate(samples_of)
+        tuple(of_sample),
+        np.concatenate(run_of),
+        np.concatenate(joint_of),
+        np.concatenate(samples_of),
+        np.concatenate(place_of),
     )
 
 
@@ -108,14 +116,18 @@ def mean_difference(gain: Floats, cluster: Ints) -> MeanDifference:
     return MeanDifference(mean, float(np.sqrt(variance / n * (1 + rho) / (1 - rho))))
 
 
-def few_stretches(names: Ints, square: Floats, usual: Floats | float) -> list[Ints]:
-    """Blocks that stand out of the usual mean square, together where their ``names`` (b,), in ascending order, follow
-    each other; none where these are more than ``MOST_TOLD`` stretches.
+def few_stretches(run: Ints, place: Ints, square: Floats, usual: Floats | float) -> list[Ints]:
+    """Blocks (indices) that stand out of the usual mean square, together where they follow each other in a run; none
+    where these are more than ``MOST_TOLD`` stretches.
+
+    Args:
+        run, place: (b,) of each block, in ascending order.
     """
-    high = names[square > OUTSTANDING**2 * usual]
+    high = np.flatnonzero(square > OUTSTANDING**2 * usual)
     if not high.size:
         return []
-    parts = np.split(high, np.flatnonzero(np.diff(high) > 1) + 1)
+    parted = (np.diff(run[high]) != 0) | (np.diff(place[high]) > 1)
+    parts = np.split(high, np.flatnonzero(parted) + 1)
     return parts if len(parts) <= MOST_TOLD else []
 
 

@@ -8,16 +8,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.evidence.blocks import few_stretches
 from snakebot.diagnosis.evidence.data import CLEARLY_MORE, MIN_SAMPLES, OUTSTANDING, UNLIKE, Data, PreparedRun
+from snakebot.diagnosis.evidence.disturbances import Disturbance, disturbance, disturbed, in_words
 from snakebot.diagnosis.evidence.repeats import (
     RepeatDifference,
-    RepeatedPair,
     change_warnings,
     doubt_warning,
     repeated_pairs,
 )
-from snakebot.diagnosis.result import LITTLE, MOST_TOLD
+from snakebot.diagnosis.result import LITTLE
 from snakebot.robust import MAD_TO_STD
 
 # Share of the blocks, those that differ most between repeats, that is left out of the floor; chosen.
@@ -37,8 +36,9 @@ class Floor:
         repeat_rad: (k,) from repeated runs, nan without any: noise of readings and of the motion itself.
         white_rad: (k,) white part of the readings, from their third differences; at least the quantiser's.
         pairs: number of pairs of runs behind ``repeat_rad``.
-        like: pairs of runs that did the same at the same times, as far as noise goes.
-        warnings: of pairs of runs between which the robot changed; they are not in the floor.
+        like: pairs of runs that did the same at the same times, as far as noise goes, from end to end.
+        warnings: of pairs of runs between which the robot changed, and of times at which they part, which are not in
+            the floor; and of the largest difference in it that is a function of the motion.
         doubts: joints (0-based) whose floor is large enough to hide a gap that is plain to see, and a warning of each.
     """
 
@@ -75,14 +75,17 @@ def noise_floor(data: Data, nominal: Sequence[Floats] | None = None) -> Floor:
     white = np.array([white_noise(data, joint) for joint in range(k)])
     squares: list[list[Floats]] = [[] for _ in range(k)]
     pairs = repeated_pairs(data, white, nominal)
-    disturbed: list[str] = []
+    found: list[Disturbance] = []
     for pair in pairs:
         for difference in pair.differences:
             if difference.joint not in pair.changed:
-                blocks, square = _by_block(data.runs[pair.one], difference)
-                times = _disturbed(blocks, square)
-                squares[difference.joint].append(square[~np.isin(blocks, np.concatenate([[], *times]))])
-                disturbed += [_disturbance(data, pair, difference, blocks) for blocks in times]
+                place, square = _by_block(data.runs[pair.one], difference)
+                times = disturbed(place, square, white[difference.joint])
+                squares[difference.joint].append(
+                    np.delete(square, np.concatenate([np.zeros(0, int), *times]))
+                )
+                found += [disturbance(data, pair, difference, place[blocks]) for blocks in times]
+    parted = {(one.one, one.other) for one in found}
     repeat = np.array([_trimmed_root(np.concatenate(s)) if s else np.nan for s in squares])
     doubtful = [] if nominal is None else np.flatnonzero(_doubtful(data, nominal, repeat, white)).tolist()
     return Floor(
@@ -90,8 +93,12 @@ def noise_floor(data: Data, nominal: Sequence[Floats] | None = None) -> Floor:
         white_rad=white,
         pairs=sum(any(d.joint not in p.changed for d in p.differences) for p in pairs),
         quantiser_rad=data.quantiser_rad,
-        like=frozenset((p.one, p.other) for p in pairs if not p.changed and abs(p.shift_s) < SAME_TIME_S),
-        warnings=(*change_warnings(data, pairs), *disturbed[:MOST_TOLD]),
+        like=frozenset(
+            (p.one, p.other)
+            for p in pairs
+            if not p.changed and (p.one, p.other) not in parted and abs(p.shift_s) < SAME_TIME_S
+        ),
+        warnings=(*change_warnings(data, pairs), *in_words(data, found)),
         doubts={joint: doubt_warning(data, pairs, joint) for joint in doubtful},
     )
 
@@ -123,30 +130,6 @@ def _by_block(run: PreparedRun, difference: RepeatDifference) -> tuple[Ints, Flo
     kept = counts > 2
     square = 0.5 * np.square(difference.rad)
     return np.flatnonzero(kept), np.asarray(np.bincount(blocks, weights=square)[kept] / counts[kept])
-
-
-def _disturbed(blocks: Ints, square: Floats) -> list[Ints]:
-    """Blocks in which two runs of a motion part as they do nowhere else, nearly: what friction does at one turn or
-    another is not so far from what it does at the next.
-    """
-    times = few_stretches(blocks, square, float(np.median(square)))
-    high = np.isin(blocks, np.concatenate([[], *times]))
-    if not times or square[high].mean() < OUTSTANDING**2 * square[~high].max():
-        return []
-    return times
-
-
-def _disturbance(data: Data, pair: RepeatedPair, difference: RepeatDifference, blocks: Ints) -> str:
-    """A line on a time at which two runs of a motion part."""
-    run = data.runs[pair.one]
-    mine = np.isin(run.blocks[difference.rows], blocks)
-    t_s = run.t_s[difference.rows][mine]
-    size = np.degrees(np.sqrt(np.square(difference.rad[mine]).mean()))
-    return (
-        f"joint {difference.joint + 1}: {run.name} and {data.runs[pair.other].name}, the same motion, part from "
-        f"{t_s[0]:.1f} to {t_s[-1]:.1f} s, by {size:.2g} deg rms, and are alike elsewhere: something happened in one "
-        "of them; this is not taken for noise"
-    )
 
 
 def _trimmed_root(squares: Floats) -> float:

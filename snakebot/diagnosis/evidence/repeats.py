@@ -192,8 +192,8 @@ def _with_changes(data: Data, pairs: list[RepeatedPair]) -> list[RepeatedPair]:
     """The pairs with their changed joints.
 
     How well a joint repeats itself is known where several motions were repeated: there a difference that hides little
-    must be unusual, too. Where a joint changed between two runs, it differs by as much in another motion for the same
-    reason, even if that motion has too few strokes to show that it depends on them.
+    must be unusual, too. Where a joint changed between two runs, it differs by as much in another motion, or by as
+    large a share of it, for the same reason, even if that motion has too few strokes to show that it depends on them.
     """
     usual = np.zeros(data.joints)
     for joint in range(data.joints):
@@ -211,16 +211,22 @@ def _with_changes(data: Data, pairs: list[RepeatedPair]) -> list[RepeatedPair]:
             return True
         return d.of_gap > LEAST_OF_GAP and d.predicted_rad > OUTSTANDING * usual[d.joint]
 
-    largest = np.full(data.joints, np.inf)
+    def sizes(pair: RepeatedPair, d: RepeatDifference) -> Floats:
+        """A change may be an angle (a horn that slipped) or a share of the motion (a gain): rad, and a share."""
+        swing = float(np.std(data.runs[pair.one].command_rad[d.rows, d.joint]))
+        return np.array([d.rms_rad, d.rms_rad / swing if swing > 0 else 0.0])
+
+    largest = np.zeros((data.joints, 2))
     for pair in pairs:
         for d in filter(change, pair.differences):
-            largest[d.joint] = d.rms_rad if np.isinf(largest[d.joint]) else max(largest[d.joint], d.rms_rad)
+            largest[d.joint] = np.maximum(largest[d.joint], sizes(pair, d))
 
-    def as_much(d: RepeatDifference) -> bool:
-        return change(d) or d.rms_rad > HALF * largest[d.joint]
+    def as_much(pair: RepeatedPair, d: RepeatDifference) -> bool:
+        known = largest[d.joint] > 0
+        return change(d) or bool((known & (sizes(pair, d) > HALF * largest[d.joint])).any())
 
     def told(pair: RepeatedPair) -> RepeatedPair:
-        changed = tuple(d.joint for d in pair.differences if as_much(d))
+        changed = tuple(d.joint for d in pair.differences if as_much(pair, d))
         unlike = (d.joint for d in pair.differences if d.of_gap > LEAST_OF_GAP and d.joint not in changed)
         return replace(pair, changed=changed, unlike=tuple(unlike))
 
@@ -241,8 +247,7 @@ def change_warnings(data: Data, pairs: Sequence[RepeatedPair]) -> tuple[str, ...
         lines.append(f"so it is with {len(changed) - MOST_TOLD} further pairs of runs of the same motion")
     lines += [
         f"{_moves_otherwise(data, pair, pair.unlike, size)}, as a function of the motion: something differs between "
-        "these runs (load, supply, temperature, a setting). No simulation of one robot comes nearer, so the noise "
-        "floor has it in it"
+        "these runs (load, supply, temperature, a setting). This difference is counted as noise"
         for size, pair in _largest_first([(pair, pair.unlike) for pair in pairs])[:1]
     ]
     return tuple(lines)

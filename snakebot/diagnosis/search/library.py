@@ -19,11 +19,13 @@ class Library:
         effects: in the order of the signal.
         observed: what the data look like, for starts.
         known: parameters that the user has measured; keys ``parameter`` or ``effect.parameter``.
+        unnamed: names of effects that may be there, but may not be named.
     """
 
     effects: tuple[Effect, ...]
     observed: Observed
     known: Mapping[str, float]
+    unnamed: tuple[str, ...] = ()
 
     def without_everyday(self) -> Library:
         """The effects that not every real joint has a little of."""
@@ -37,23 +39,29 @@ def usable_effects(
     known: Mapping[str, float] | None = None,
     only: Sequence[str] = (),
     exclude: Sequence[str] = (),
+    absent: Sequence[str] = (),
 ) -> Library:
     """Effects that this robot can show and that the user has not ruled out.
 
     Args:
         over_ground: whether the motion over ground was measured, in which alone effects of the body show.
-        known, only, exclude: see ``diagnose``.
+        known, only, exclude, absent: see ``diagnose``.
     """
     observed = Observed(data.robot, data.runs)
-    out = []
+    out: list[Effect] = []
+    unnamed: list[str] = []
     clean = link_is_clean(data)
     for effect in effects().values():
         if effect.stage == "link" and clean and effect.name not in only:
             continue
-        if effect.name in exclude or (only and effect.name not in only) or "mean" not in effect.shows_in:
+        if effect.name in absent or (only and effect.name not in only) or "mean" not in effect.shows_in:
             continue
         if not effect.applies_to(data.robot) or (effect.stage == "body" and not over_ground):
             continue
-        if effect.can_explain(observed):
+        if not effect.can_explain(observed):
+            continue
+        if effect.name in exclude:
+            unnamed.append(effect.name)
+        else:
             out.append(effect)
-    return Library(tuple(out), observed, dict(known or {}))
+    return Library(tuple(out), observed, dict(known or {}), tuple(unnamed))

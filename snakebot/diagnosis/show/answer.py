@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
 
@@ -56,13 +55,12 @@ def statement(found: Diagnosis, *, hedged: bool = True) -> str:
         return _no_gap(found)
     if found.verdict == "unexplained":
         return _unexplained(found, count)
-    causes = _credible(found)
+    causes = certainty.credible(found)
     parts = [_with_rivals(cause, count) for cause in causes[:MOST_TOLD]]
     more = len(found.causes) - len(parts)
     ties = [bool(cause.indistinguishable_from) for cause in causes]
-    apart = any(ties[:-1]) or (
-        more > 0 and any(ties)
-    )  # said of the tie alone, and not of what comes after it
+    # said of the tie alone, where something comes after it
+    apart = any(ties[:-1]) or (more > 0 and any(ties))
     if apart:
         parts = [
             f"{part} (these runs cannot tell)" if tie else part
@@ -77,11 +75,6 @@ def statement(found: Diagnosis, *, hedged: bool = True) -> str:
         text += ", or it is another explanation that fits as well"
     start = {"likely": "Probably ", "a guess": "Perhaps "}.get(said, "") if hedged else ""
     return f"{start}{_inside(text) if start else text}."
-
-
-def _credible(found: Diagnosis) -> Sequence[Cause]:
-    """The causes without those of next to no probability, which only help the others to fit; all, if none is left."""
-    return [cause for cause in found.causes if cause.probability >= LITTLE] or found.causes
 
 
 def _with_rivals(cause: Cause, count: int) -> str:
@@ -240,7 +233,7 @@ def advice(found: Diagnosis) -> list[Advice]:
     else:
         out += [
             Advice(ROBOT, _look(cause, found))
-            for cause in _credible(found)[:MOST_LOOKS]
+            for cause in certainty.credible(found)[:MOST_LOOKS]
             if _look(cause, found)
         ]
     if run is not None:

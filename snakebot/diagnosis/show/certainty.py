@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from snakebot.diagnosis.result import HALF, LIKELY, Diagnosis, RankingEntry
+from collections.abc import Sequence
+
+from snakebot.diagnosis.result import HALF, LIKELY, NEXT_TO_NOTHING, Cause, Diagnosis, RankingEntry
 from snakebot.diagnosis.show.named import effect_title, explanation, joint_count, runs_in_words
 from snakebot.in_words import listed
 
 SURE = 0.85  # least probability of the word, and of an end of experiments; chosen
 
 
+def credible(found: Diagnosis) -> Sequence[Cause]:
+    """The causes without those of next to no probability, which only help the others to fit; all, if none is left."""
+    return [cause for cause in found.causes if cause.probability > NEXT_TO_NOTHING] or found.causes
+
+
 def least_probability(found: Diagnosis) -> float:
-    return min((cause.probability for cause in found.causes), default=0.0)
+    """Of the causes that are told."""
+    return min((cause.probability for cause in credible(found)), default=0.0)
 
 
 def tied(found: Diagnosis) -> bool:

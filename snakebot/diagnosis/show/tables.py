@@ -81,7 +81,7 @@ def add_by_run(section: Section, found: Diagnosis) -> None:
     columns = [Column("run"), Column(called), Column("between", help="95 % interval"), Column("")]
     caption = (
         f"{effect_title(values.effect)} on {on}: {called} by run. With a value for each, {values.of_rest:.0%} of the "
-        "rest goes"
+        "rest goes away"
     )
     section.add(Table(columns, rows, caption=caption))
 

@@ -33,7 +33,7 @@ from snakebot.diagnosis.verdict.bend import less_sure
 from snakebot.diagnosis.verdict.closure import angle_closure, forward_speeds, speed_closure
 from snakebot.diagnosis.verdict.decision import Judgement
 from snakebot.diagnosis.verdict.joints import joints_of
-from snakebot.diagnosis.verdict.left_out import held_back_as_another_word, shared_with_left_out
+from snakebot.diagnosis.verdict.left_out import doubted_for_left_out
 from snakebot.diagnosis.verdict.noise import EncoderScatter
 from snakebot.diagnosis.verdict.probability import (
     MOST_BESIDE_GROUND_REST,
@@ -76,6 +76,7 @@ class _Explanation:
     found: SearchResult
     judgement: Judgement
     budget: Sequence[BudgetEntry]
+    unnamed: Sequence[str]
     options: Options
 
     @property
@@ -107,6 +108,7 @@ def weigh_causes(
     judgement: Judgement,
     errors: Floats,
     budget: Sequence[BudgetEntry],
+    unnamed: Sequence[str],
     options: Options,
 ) -> tuple[list[Cause], list[Trial], tuple[RankingEntry, ...]]:
     """Causes in the order of what they close, the rivals still open (best first), and the ranking.
@@ -114,9 +116,10 @@ def weigh_causes(
     Args:
         errors: (p,) standard errors of the parameters of the best explanation.
         budget: what each of its terms carries of the gap.
+        unnamed: effects that may be there, but may not be named.
     """
     best = judgement.best
-    explanation = _Explanation(evidence, found, judgement, budget, options)
+    explanation = _Explanation(evidence, found, judgement, budget, unnamed, options)
     weighed: list[_Weighed] = []
     at = 0
     for index, term in enumerate(best.hypothesis.terms):
@@ -179,8 +182,7 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
             cause = at_most(cause, MOST_BESIDE_GROUND_REST)
     elif index in explanation.judgement.bends:
         cause = less_sure(cause, explanation.judgement.bends[index])
-    cause = shared_with_left_out(held_back(cause), options)
-    cause = held_back_as_another_word(cause, explanation.evidence.usual, options)
+    cause = doubted_for_left_out(held_back(cause), evidence.usual, explanation.unnamed, options)
     return _Weighed(cause, group, lead(scoring, best, without).mean)
 
 

@@ -105,10 +105,11 @@ def conclude(
     evidence: Evidence,
     found: SearchResult,
     judgement: Judgement,
+    unnamed: Sequence[str],
     options: Options,
     progress: ProgressCallback,
 ) -> Conclusion:
-    """Causes with parameters and probabilities, closure, place of the gap."""
+    """Causes with parameters and probabilities, closure, place of the gap; ``unnamed``: see ``Library``."""
     progress("parameters and their uncertainty", 0.82)
     errors = standard_errors(evidence, judgement.best, tolerances=not options.quick)
     progress("closure on held-out runs", 0.86)
@@ -117,7 +118,7 @@ def conclude(
     closure = _closure(evidence, found.nominal, judgement, steps, speeds, options.seed)
     of_terms = _budget(evidence, found.nominal, judgement, closure, options.seed)
     progress("how sure each cause is", 0.9)
-    causes, rivals, ranking = weigh_causes(evidence, found, judgement, errors, of_terms, options)
+    causes, rivals, ranking = weigh_causes(evidence, found, judgement, errors, of_terms, unnamed, options)
     if any(is_slow(run) for run in evidence.data.runs):
         causes, ranking = [at_most(c) for c in causes], tuple(at_most(r) for r in ranking)
     if judgement.verdict == "unexplained":  # a likelier cause would contradict it
@@ -267,7 +268,7 @@ def _where(
 
 def _by_run_and_time(evidence: Evidence, judgement: Judgement) -> dict[str, object]:
     """What of the place of the gap is told by runs and by times."""
-    values = run_values(evidence, judgement.best, judgement.rest)
+    values = run_values(evidence, judgement.best)
     return {
         "values": values,
         "runs": () if values is None else values.unlike,

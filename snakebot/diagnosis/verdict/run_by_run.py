@@ -10,10 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
+from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.repeats import MUCH_OF_GAP
 from snakebot.diagnosis.fit.fit_runs import fit_runs, shift_limits
@@ -22,7 +24,6 @@ from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import FULL_STEPS, Trial
 from snakebot.diagnosis.fit.uncertainty import interval
 from snakebot.diagnosis.result import BEYOND_CHANCE, RunEstimate, RunValues
-from snakebot.diagnosis.verdict.rest import Rest
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect
 from snakebot.effects.telling import joints_in_words, shown, title
@@ -45,27 +46,72 @@ class _Number:
 
 @dataclass(frozen=True, eq=False)
 class _Own:
-    """A number with a value of its own in each of some runs, and the standard errors of those, (R,) each."""
+    """A parameter with a value of its own in each of some runs.
 
+    Attributes:
+        value: (R,).
+        scatter: (R,) standard errors by the scatter of each run.
+    """
+
+    parameter: Parameter
     runs: tuple[int, ...]
     value: Floats
-    error: Floats
+    scatter: Floats
+
+    @property
+    def error(self) -> Floats:
+        """(R,) standard errors, with what a real effect differs in from the library's."""
+        return np.hypot(self.scatter, self.parameter.real_share * (self.value - self.parameter.neutral))
+
+    def apart(self, low: Ints | int, high: Ints | int, error: Floats) -> Floats:
+        """By how many of some standard errors (R,) values are above others, on the scale that they are fitted on."""
+        value = self.value
+        if self.parameter.scale == "log":
+            value, error = np.log(value), error / value
+        gap = np.maximum(np.hypot(error[low], error[high]), 1e-300)
+        return np.asarray((value[high] - value[low]) / gap)
+
+    @property
+    def differ(self) -> bool:
+        """Whether the lowest and the highest value are clearly apart, and further than chance drives the ends of so
+        many.
+        """
+        count = len(self.runs)
+        if count < 2:
+            return False
+        ends = int(np.argmin(self.value)), int(np.argmax(self.value))
+        pairs = count * (count - 1) / 2
+        by_chance = -NormalDist().inv_cdf(NormalDist().cdf(-BEYOND_CHANCE) / pairs)
+        return bool(
+            self.apart(*ends, self.scatter) > by_chance and self.apart(*ends, self.error) > BEYOND_CHANCE
+        )
+
+    @property
+    def unlike(self) -> list[int]:
+        """Places of the runs below or above the clearest step between two values: the fewer, or later."""
+        order = np.argsort(self.value, kind="stable")
+        cut = int(np.argmax(self.apart(order[:-1], order[1:], self.error))) + 1
+        sides = (sorted(side.tolist()) for side in (order[:cut], order[cut:]))
+        return min(sides, key=lambda side: (len(side), -side[0]))
 
 
-def run_values(evidence: Evidence, best: Trial, rest: Rest) -> RunValues | None:
-    """The number that differs most from run to run, if any does so clearly and much of the rest goes with it."""
+def run_values(evidence: Evidence, best: Trial) -> RunValues | None:
+    """The number that differs most between the runs that were fitted, if any does so clearly and much of the rest there
+    goes with it. None where the body must be simulated for every guess.
+    """
     simulator = evidence.predictor.simulator
-    if not rest.gap.significant.any() or simulator.rough_needs_body(best.specs):
+    with_rest = gap_of(evidence.scoring, best.held_square).significant
+    if not with_rest.any() or simulator.rough_needs_body(best.specs):
         return None
     rough = simulator.needs_body(best.specs)
-    left = _Left(evidence, best, rest.gap.significant, rough)
+    left = _Left(evidence, best, with_rest, rough)
     found: list[RunValues] = []
     for number in _numbers(best, evidence.data.joints):
         on = np.isin(np.arange(evidence.data.joints) + 1, number.joints)
-        if not (on & rest.gap.significant).any():
+        if not (on & with_rest).any():
             continue
         own = _each_run(evidence, best, number, rough)
-        gain = left.gain(number, own) if _apart(number.parameter, own) else 0.0
+        gain = left.gain(number, own) if own.differ else 0.0
         if gain > MUCH_OF_GAP:
             found.append(_told(evidence, number, own, gain))
     return max(found, key=lambda values: values.of_rest, default=None)
@@ -84,7 +130,9 @@ def _numbers(best: Trial, count: int) -> list[_Number]:
 
 
 def _each_run(evidence: Evidence, best: Trial, number: _Number, rough: bool) -> _Own:
-    """The runs that say something of a number, and what; none at the end of what it may be, where it does nothing."""
+    """The runs that say something of a number, and what; none at the end of what it may be, where a run that does not
+    meet a limit puts it, unless the effect is absent there.
+    """
     only = np.arange(best.theta.size) == number.at
 
     def fitted(run: int) -> tuple[float, float]:
@@ -105,45 +153,10 @@ def _each_run(evidence: Evidence, best: Trial, number: _Number, rough: bool) -> 
     rows = [
         (run, value, error)
         for run, (value, error) in zip(free, in_parallel(fitted, free), strict=True)
-        if math.isfinite(error) and parameter.lower < value < parameter.upper
+        if math.isfinite(error) and (parameter.lower < value < parameter.upper or value == parameter.neutral)
     ]
     runs, values, errors = zip(*rows, strict=True) if rows else ((), (), ())
-    off = parameter.real_share * (np.array(values) - parameter.neutral)
-    return _Own(tuple(runs), np.array(values), np.hypot(np.array(errors), off))
-
-
-def _on_scale(parameter: Parameter, own: _Own) -> tuple[Floats, Floats]:
-    """Values and standard errors on the scale that the parameter is fitted on."""
-    if parameter.scale == "log":
-        return np.log(own.value), own.error / own.value
-    return own.value, own.error
-
-
-def _steps(parameter: Parameter, own: _Own) -> tuple[Ints, Floats]:
-    """Places of the values in ascending order, and by how many standard errors each is above the one before it."""
-    value, error = _on_scale(parameter, own)
-    order = np.argsort(value, kind="stable")
-    value, error = value[order], error[order]
-    return order, np.diff(value) / np.hypot(error[1:], error[:-1])
-
-
-def _apart(parameter: Parameter, own: _Own) -> bool:
-    """Whether the lowest and the highest value are clearly apart."""
-    if len(own.runs) < 2:
-        return False
-    value, error = _on_scale(parameter, own)
-    low, high = int(np.argmin(value)), int(np.argmax(value))
-    return bool(value[high] - value[low] > BEYOND_CHANCE * math.hypot(error[low], error[high]))
-
-
-def _unlike(parameter: Parameter, own: _Own) -> list[int]:
-    """Places of the runs below or above the clearest step between two values: the fewer, or later."""
-    order, steps = _steps(parameter, own)
-    cut = int(np.argmax(steps)) + 1
-    sides = sorted(
-        (sorted(side.tolist()) for side in (order[:cut], order[cut:])), key=lambda side: (len(side), -side[0])
-    )
-    return sides[0]
+    return _Own(parameter, tuple(runs), np.array(values), np.array(errors))
 
 
 class _Left:
@@ -163,7 +176,7 @@ class _Left:
         return angles.blocks.mean_square(angles.residuals(readings, shifts_s))
 
     def gain(self, number: _Number, own: _Own) -> float:
-        """Share of the rest, on the joints of a number and in the runs that have one, that goes with it."""
+        """Share of the rest of the fitted runs, on the joints of a number, that goes with values of its own."""
         blocks, readings = self._evidence.angles.blocks, list(self._readings)
         for run, value in zip(own.runs, own.value.tolist(), strict=True):
             theta = self._best.theta.copy()
@@ -172,10 +185,10 @@ class _Left:
             readings[run] = self._evidence.predictor.readings(specs, [run], self._rough)[0]
         joints = np.flatnonzero(self._with_rest) + 1
         rows = np.isin(blocks.joint + 1, joints[np.isin(joints, number.joints)])
-        rows &= np.isin(blocks.run, own.runs)
+        rows &= np.isin(blocks.run, self._evidence.split.free)
         allowed = self._evidence.angles.allowed_square
         before, after = (
-            float(np.maximum(square - allowed, 0.0)[rows].sum())
+            float((np.maximum(square - allowed, 0.0) * blocks.samples)[rows].sum())
             for square in (self._square, self._squares(readings))
         )
         return 1 - after / before if before > 0 else 0.0
@@ -193,7 +206,7 @@ def _told(evidence: Evidence, number: _Number, own: _Own, gain: float) -> RunVal
         unit=parameter.unit,
         joints=number.joints,
         values=tuple(rows),
-        unlike=tuple(rows[at].run for at in _unlike(parameter, own)),
+        unlike=tuple(rows[at].run for at in own.unlike),
         of_rest=round(min(gain, 1.0), 4),
     )
 
@@ -207,6 +220,6 @@ def in_words(values: RunValues, count: int) -> str:
     return (
         f"{on}, {title(effect)}: {parameter.called} differs from run to run, from {shown(parameter, low.estimate)} in "
         f"{low.run} to {shown(parameter, high.estimate)} in {high.run}; with a value for each run "
-        f"{values.of_rest:.0%} of the rest goes. Look at what differs between these runs (load, supply, temperature, a "
-        "setting: diagnose such runs apart); if only the motion does, it follows another law"
+        f"{values.of_rest:.0%} of the rest goes away. Look at what differs between these runs (load, supply, "
+        "temperature, a setting: diagnose such runs apart); if only the motion does, it follows another law"
     )

@@ -10,8 +10,9 @@ from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import few_stretches
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import HALF, Stretch
+from snakebot.diagnosis.result import HALF, MOST_TOLD, Stretch
 from snakebot.diagnosis.verdict.rest import Rest
+from snakebot.effects.telling import joints_in_words
 from snakebot.in_words import listed
 
 
@@ -24,22 +25,24 @@ def stretches(evidence: Evidence, best: Trial, rest: Rest, runs: Sequence[int]) 
     over = np.maximum(square - allowed, 0.0) * blocks.samples
     found: list[Stretch] = []
     for joint in np.flatnonzero(rest.gap.significant).tolist():
-        mine = (blocks.joint == joint) & np.isin(blocks.run, runs)
+        mine = np.flatnonzero((blocks.joint == joint) & np.isin(blocks.run, runs))
         total = float(over[mine].sum())
         if total <= 0:
             continue
-        usual = np.maximum(np.median(square[mine]), allowed)
-        parts = few_stretches(np.flatnonzero(mine), square[mine], usual[mine])
-        high = np.isin(np.arange(blocks.count), np.concatenate([[], *parts]))
-        if over[high].sum() < HALF * total or _fills_a_run(blocks.run, mine, high):
+        usual = np.maximum(np.median(square[mine]), allowed[mine])
+        parts = [
+            mine[part] for part in few_stretches(blocks.run[mine], blocks.place[mine], square[mine], usual)
+        ]
+        high = np.isin(mine, np.concatenate([[], *parts]))
+        if over[mine[high]].sum() < HALF * total or _fills_a_run(blocks.run[mine], high):
             continue
         found += [_stretch(evidence, joint, part, float(over[part].sum()) / total) for part in parts]
     return tuple(sorted(found, key=lambda one: -one.share))
 
 
-def _fills_a_run(run: Ints, mine: Bools, high: Bools) -> bool:
+def _fills_a_run(run: Ints, high: Bools) -> bool:
     """Whether most of the blocks of some run are among them: it is then the run that differs, not a time in it."""
-    return any(np.sum(high & (run == r)) > HALF * np.sum(mine & (run == r)) for r in np.unique(run[high]))
+    return any(np.sum(high & (run == r)) > HALF * np.sum(run == r) for r in np.unique(run[high]))
 
 
 def _stretch(evidence: Evidence, joint: int, part: Ints, share: float) -> Stretch:
@@ -55,16 +58,22 @@ def _stretch(evidence: Evidence, joint: int, part: Ints, share: float) -> Stretc
     )
 
 
-def in_words(found: Sequence[Stretch]) -> list[str]:
-    """A warning for each joint."""
-    joints = dict.fromkeys(one.joint for one in found)
-    return [_of_joint(joint, [one for one in found if one.joint == joint]) for joint in joints]
+def in_words(found: Sequence[Stretch], count: int) -> list[str]:
+    """A warning for joints of the same times, of a robot with ``count`` joints; the first ``MOST_TOLD``."""
+    times: dict[int, list[Stretch]] = {}
+    for one in found:
+        times.setdefault(one.joint, []).append(one)
+    alike: dict[tuple[tuple[str, float, float], ...], list[int]] = {}
+    for joint, mine in times.items():
+        when = sorted((one.run, round(one.begin_s), round(one.end_s)) for one in mine)
+        alike.setdefault(tuple(when), []).append(joint)
+    return [_of_joints(joints, times[joints[0]], count) for joints in list(alike.values())[:MOST_TOLD]]
 
 
-def _of_joint(joint: int, found: Sequence[Stretch]) -> str:
+def _of_joints(joints: Sequence[int], found: Sequence[Stretch], count: int) -> str:
     share = sum(one.share for one in found)
     when = listed([f"from {one.begin_s:.1f} to {one.end_s:.1f} s in {one.run}" for one in found])
     return (
-        f"joint {joint}: {share:.0%} of what is left over is {when}: look at what the motion does then, and at what "
-        "happened (somebody touched the robot, it met something, a wire was loose)"
+        f"{joints_in_words(sorted(joints), count)}: {share:.0%} of what is left over is {when}: look at what the "
+        "motion does then, and at what happened (somebody touched the robot, it met something, a wire was loose)"
     )

@@ -147,6 +147,21 @@ def test_where_a_joint_changed_its_other_motions_are_no_noise_either() -> None:
     assert [w.partition(" otherwise")[0] for w in floor.warnings] == ["joint 2 moves"] * 2
 
 
+def test_a_gain_that_changed_is_a_smaller_angle_in_a_smaller_motion() -> None:
+    gain = ["command_gain:gain=0.6,joints=2"]
+    wide, small = (40, 80, 3.0), (8, 80, 0.7)
+    runs = [
+        make_run(ROBOT, effects, gait, f"{name}{again}", seed=seed, duration_s=8.0)
+        for seed, (name, gait, again, effects) in enumerate(
+            (n, g, a, e)
+            for n, g in (("wide", wide), ("small", small))
+            for a, e in (("", ()), ("_again", gain))
+        )
+    ]
+    marked = [replace(r, repeat_of=r.name.removesuffix("_again")) if "again" in r.name else r for r in runs]
+    assert np.degrees(floor_of(marked).rad) == pytest.approx([0.05, 0.05], abs=0.02)
+
+
 def test_a_robot_that_is_a_little_another_one_in_every_repeat_is_told() -> None:
     """Three motions, each made with two loads: nothing tells what is usual, so all of it is in the floor."""
     runs = []
@@ -194,9 +209,31 @@ def test_a_disturbance_in_a_repeat_is_no_noise() -> None:
     assert np.degrees(floor.rad) == pytest.approx([0.05, 0.05], abs=0.02)
     (warning,) = floor.warnings
     assert warning.startswith(
-        "joint 2: run_01 and run_04, the same motion, part from 3.0 to 5.0 s, by 5.7 deg rms"
+        "joint 2: run_01 and run_04, the same motion, part from 3.0 to 5.0 s of run_01, by 5.7 deg"
     )
     assert gap_joints(runs) == [2]
+
+
+def test_somebody_who_held_all_joints_is_told_once() -> None:
+    runs = runs_of((), (), (), ())
+    held = runs[-1].measured_rad + 0.1 * ((runs[-1].t_s >= 3.0) & (runs[-1].t_s < 5.0))[:, np.newaxis]
+    runs[-1] = replace(runs[-1], measured_rad=held)
+    (warning,) = floor_of(runs).warnings
+    assert warning.startswith("joints 1, 2: run_01 and run_04")
+    assert not floor_of(runs).like
+
+
+def test_a_count_that_flickers_is_no_disturbance() -> None:
+    """Readings without noise: the median difference is nothing, and one count is many times that."""
+    runs = runs_of((), (), (), ())
+    for i, run in enumerate(runs):
+        runs[i] = replace(
+            run, measured_rad=np.round(run.command_rad / ROBOT.rad_per_count) * ROBOT.rad_per_count
+        )
+    flicker = runs[-1].measured_rad.copy()
+    flicker[500:505, 1] += ROBOT.rad_per_count
+    runs[-1] = replace(runs[-1], measured_rad=flicker)
+    assert floor_of(runs).warnings == ()
 
 
 def test_of_three_repeats_the_two_that_agree_tell_the_noise() -> None:

@@ -12,9 +12,8 @@ from snakebot.diagnosis.show.words import summary
 from snakebot.diagnosis.verdict.at_end import MOST_AT_END
 from snakebot.diagnosis.verdict.left_out import (
     another_word,
-    held_back_as_another_word,
+    doubted_for_left_out,
     look_alikes,
-    shared_with_left_out,
     told_of_left_out,
 )
 from snakebot.effects.effect import Usual
@@ -49,8 +48,8 @@ def test_a_cause_that_comes_to_what_was_left_out_is_held_back_and_told(
 ) -> None:
     found, options = cause(specification), Options(exclude=(plain,))
     assert another_word(found, USUAL, options) == plain
-    assert held_back_as_another_word(found, USUAL, options).probability == MOST_AT_END
-    (warning,) = told_of_left_out([], [found], USUAL, options)
+    assert doubted_for_left_out(found, USUAL, options.exclude, options).probability == MOST_AT_END
+    (warning,) = told_of_left_out([], [found], USUAL, options.exclude, options)
     assert f"is, with these values, just {plain}, which was left out" in warning
 
 
@@ -66,8 +65,8 @@ def test_a_cause_that_comes_to_what_was_left_out_is_held_back_and_told(
 )
 def test_others_are_left_as_they_are(specification: str, exclude: tuple[str, ...]) -> None:
     found, options = cause(specification), Options(exclude=exclude)
-    assert held_back_as_another_word(found, USUAL, options) == found
-    assert told_of_left_out([], [found], USUAL, options) == []
+    assert doubted_for_left_out(found, USUAL, (), options) == found
+    assert told_of_left_out([], [found], USUAL, (), options) == []
 
 
 @pytest.mark.parametrize(
@@ -80,7 +79,7 @@ def test_others_are_left_as_they_are(specification: str, exclude: tuple[str, ...
 def test_another_word_is_not_told_as_the_same_mark_once_more(drop_per_s: float, said: list[str]) -> None:
     found = cause(f"voltage_sag:initial_rad_s=2,drop_per_s={drop_per_s}")
     options = Options(exclude=("rate_limit", "torque_limit"))
-    told = told_of_left_out(["voltage_sag"], [found, found], USUAL, options)
+    told = told_of_left_out(["voltage_sag"], [found, found], USUAL, options.exclude, options)
     assert [line[: len(start)] for line, start in zip(told, said, strict=True)] == said
 
 
@@ -98,7 +97,9 @@ def test_a_look_alike_that_may_not_be_named_has_its_part_of_the_probability(
     options: Options, ties: tuple[str, ...], probability: float
 ) -> None:
     found = cause("command_gain:gain=0.9").model_copy(update={"indistinguishable_from": ties})
-    assert shared_with_left_out(found, options).probability == pytest.approx(probability)
+    assert doubted_for_left_out(found, USUAL, options.exclude, options).probability == pytest.approx(
+        probability
+    )
 
 
 def test_look_alikes_are_so_both_ways() -> None:
@@ -116,7 +117,11 @@ def test_an_encoder_that_may_not_be_named_makes_the_joint_a_guess() -> None:
         "an effect that would look the same may not be named" in line.lower() for line in summary(found)
     )
     assert any("--absent encoder_gain" in w for w in found.warnings)
-    sure = diagnose(session, absent=["encoder_gain"], quick=True)
+    assert (
+        diagnose(session, exclude=["encoder_gain"], only=["command_gain"], quick=True).causes[0].probability
+        > 0.85
+    )
+    sure = diagnose(session, absent=["encoder_gain"], exclude=["encoder_gain"], quick=True)
     assert [c.effect for c in sure.causes] == ["command_gain"]
     assert sure.causes[0].probability > 0.85
     assert not any("left out" in w for w in sure.warnings)
@@ -124,7 +129,8 @@ def test_an_encoder_that_may_not_be_named_makes_the_joint_a_guess() -> None:
 
 def test_less_probability_is_not_raised() -> None:
     found = cause("voltage_sag:initial_rad_s=2,drop_per_s=0", 0.1)
-    assert held_back_as_another_word(found, USUAL, Options(exclude=("rate_limit",))).probability == 0.1
+    options = Options(exclude=("rate_limit",))
+    assert doubted_for_left_out(found, USUAL, options.exclude, options).probability == 0.1
 
 
 def test_a_constant_limit_of_speed_is_no_supply_that_falls() -> None:
@@ -132,3 +138,14 @@ def test_a_constant_limit_of_speed_is_no_supply_that_falls() -> None:
     found = diagnose(session, exclude=["rate_limit", "torque_speed"], quick=True)
     assert {c.effect: c.probability for c in found.causes}["voltage_sag"] == MOST_AT_END
     assert any("with these values, just a limit of speed, which" in line for line in summary(found))
+
+
+def test_what_this_robot_cannot_have_has_no_part_of_the_probability() -> None:
+    """A load on an arm that nobody described, of a bench without one."""
+    session = make_session(bench(), ["servo_offset:offset_deg=3,joints=2"])
+    found = diagnose(
+        session, exclude=["arm_payload", "encoder_offset"], absent=["encoder_offset"], quick=True
+    )
+    assert found.causes[0].effect == "servo_offset"
+    assert found.causes[0].probability > 0.85
+    assert not any("left out" in w for w in found.warnings)

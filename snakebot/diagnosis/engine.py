@@ -25,6 +25,7 @@ from snakebot.diagnosis.show.answer import with_words
 from snakebot.diagnosis.verdict import run_by_run, stretches
 from snakebot.diagnosis.verdict.at_end import at_end
 from snakebot.diagnosis.verdict.bend import bent
+from snakebot.diagnosis.verdict.closure import doubt_about_floor
 from snakebot.diagnosis.verdict.conclude import conclude
 from snakebot.diagnosis.verdict.decision import judge
 from snakebot.diagnosis.verdict.left_out import told_of_left_out
@@ -105,7 +106,11 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
     named = dict.fromkeys(term.effect for term in judgement.best.hypothesis.terms)
     lacking = [find_effect(name).lacks(evidence.data.robot) for name in named]
     warnings += [text for text in dict.fromkeys(lacking) if text is not None]
-    doubts = (*map(at_end, conclusion.causes), bent(conclusion.causes))
+    doubts = (
+        *map(at_end, conclusion.causes),
+        bent(conclusion.causes),
+        doubt_about_floor(conclusion.closure.joint_angle),
+    )
     warnings += [text for text in doubts if text is not None]
     if conclusion.where.values is not None:
         warnings.append(run_by_run.in_words(conclusion.where.values, evidence.data.joints))

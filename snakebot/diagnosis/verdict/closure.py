@@ -23,6 +23,7 @@ from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import (
     LITTLE,
+    NEXT_TO_NOTHING,
     AngleClosure,
     BudgetEntry,
     GroundClosure,
@@ -82,6 +83,18 @@ def angle_closure(evidence: Evidence, nominal: Trial, best: Trial, seed: int) ->
         closed_beyond_tolerance=beyond,
         ci95=interval,
         reason=reason,
+    )
+
+
+def doubt_about_floor(closure: AngleClosure) -> str | None:
+    """A warning where runs are nearer to their prediction than repeats are to each other; None where they are not."""
+    floor = closure.rms_floor
+    if floor is None or closure.rms_after >= (1 - NEXT_TO_NOTHING) * floor:
+        return None
+    return (
+        f"joint angles are {np.degrees(closure.rms_after):.3g} deg off, less than the noise floor of "
+        f"{np.degrees(floor):.3g} deg: repeats are further apart than runs are from their prediction, so the floor is "
+        "too high. Set-points that are lost now and then do that, and a repeat in which something differed"
     )
 
 

@@ -301,3 +301,18 @@ def test_where_a_joint_sticks_in_one_stroke_says_nothing_of_the_next() -> None:
     off = np.take_along_axis(np.repeat(stuck, 2, axis=1), turns, axis=0)
     runs[-1] = replace(runs[-1], measured_rad=runs[-1].measured_rad + off, repeat_of="run_01")
     assert not floor_of(runs).warnings
+
+
+def test_a_floor_above_what_is_left_is_doubted() -> None:
+    """The repeated motion is noisy, the others are not: the floor of all is that of the one."""
+    runs = runs_of((), (), (), ())
+    for i, noisy in ((0, True), (1, False), (2, False), (3, True)):
+        extra = np.radians(0.5) * np.random.default_rng(20 + i).normal(size=runs[i].measured_rad.shape)
+        runs[i] = replace(runs[i], measured_rad=runs[i].measured_rad + noisy * extra)
+    found = diagnose(Session(ROBOT, tuple(runs)), quick=True)
+    angle = found.closure.joint_angle
+    assert angle.rms_floor is not None
+    assert angle.rms_after < 0.95 * angle.rms_floor
+    assert any("less than the noise floor" in warning for warning in found.warnings)
+    usual = diagnose(Session(ROBOT, tuple(runs_of((), (), (), ()))), quick=True)
+    assert not any("less than the noise floor" in warning for warning in usual.warnings)

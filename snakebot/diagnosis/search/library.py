@@ -54,7 +54,8 @@ def usable_effects(
     for effect in effects().values():
         if effect.stage == "link" and clean and effect.name not in only:
             continue
-        if effect.name in absent or (only and effect.name not in only) or "mean" not in effect.shows_in:
+        asked = effect.name in exclude or not only or effect.name in only
+        if not asked or effect.name in absent or "mean" not in effect.shows_in:
             continue
         if not effect.applies_to(data.robot) or (effect.stage == "body" and not over_ground):
             continue

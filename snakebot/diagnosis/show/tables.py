@@ -80,7 +80,8 @@ def add_by_run(section: Section, found: Diagnosis) -> None:
     called = values.parameter if parameter is None else parameter.called
     columns = [Column("run"), Column(called), Column("between", help="95 % interval"), Column("")]
     caption = (
-        f"{effect_title(values.effect)} on {on}: {called} by run. With a value for each, {values.of_rest:.0%} of the "
+        f"{called[:1].upper()}{called[1:]} by run, {effect_title(values.effect)} on {on}. With a value for each, "
+        f"{values.of_rest:.0%} of the "
         "rest goes away"
     )
     section.add(Table(columns, rows, caption=caption))

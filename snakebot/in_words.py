@@ -41,6 +41,11 @@ def listed(items: Sequence[object], word: str = "and") -> str:
     return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} {word} {texts[-1]}" if texts else ""
 
 
+def numbered(what: str, numbers: Sequence[int]) -> str:
+    """ "joint 3", "joints 1, 2"."""
+    return f"{what}{'' if len(numbers) == 1 else 's'} {', '.join(map(str, numbers))}"
+
+
 def with_unit(text: str, unit: str) -> str:
     """A number and its unit; per cent and factors stand as they are said."""
     return f"{text} {unit}" if unit else text

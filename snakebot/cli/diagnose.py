@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
@@ -177,7 +177,14 @@ def command(
     """
     if not sources:
         raise click.UsageError("Missing argument 'SESSION|LOG...'.")
-    measured = _known(known)
+    how: dict[str, Any] = {
+        "exclude": exclude,
+        "absent": absent,
+        "only": only,
+        "known": _known(known),
+        "seed": seed,
+        "quick": quick,
+    }
     to_json = None if json_path in (None, "-") else Path(str(json_path))
     asked = (
         ("--json", to_json, "JSON"),
@@ -195,14 +202,6 @@ def command(
         _refuse_of_one(json_path, report_path, apply_path, live)
         from snakebot.cli.diagnose_many import diagnose_to_table
 
-        how = {
-            "exclude": exclude,
-            "absent": absent,
-            "only": only,
-            "known": measured,
-            "seed": seed,
-            "quick": quick,
-        }
         diagnose_to_table(sources, table_path, dask, how, lambda one: given_session((one,), robot_source))
         return
     if dask is not None:
@@ -217,16 +216,7 @@ def command(
                 bar(text, share)
                 told(text, share)
 
-            return diagnose(
-                session,
-                exclude=exclude,
-                absent=absent,
-                only=only,
-                known=measured,
-                seed=seed,
-                quick=quick,
-                progress=progress,
-            )
+            return diagnose(session, **how, progress=progress)
 
     if live:
         found = _live(sources, robot_source, of, options)

@@ -6,11 +6,12 @@ different explanations of the same data can be compared one to one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from snakebot.arrays import Floats, Ints
+from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.data import OUTSTANDING, Data
 from snakebot.diagnosis.result import MOST_TOLD
 
@@ -129,6 +130,14 @@ def few_stretches(run: Ints, place: Ints, square: Floats, usual: Floats | float)
     parted = (np.diff(run[high]) != 0) | (np.diff(place[high]) > 1)
     parts = np.split(high, np.flatnonzero(parted) + 1)
     return parts if len(parts) <= MOST_TOLD else []
+
+
+def marked(stretches: Sequence[Ints], count: int) -> Bools:
+    """(count,) which blocks are in any of the stretches."""
+    out = np.zeros(count, dtype=bool)
+    for stretch in stretches:
+        out[stretch] = True
+    return out
 
 
 def resample(cluster: Ints, rng: np.random.Generator, draws: int) -> Ints:

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.arrays import Floats, Ints
-from snakebot.diagnosis.evidence.blocks import few_stretches
+from snakebot.diagnosis.evidence.blocks import few_stretches, marked
 from snakebot.diagnosis.evidence.data import OUTSTANDING, Data
 from snakebot.diagnosis.evidence.repeats import RepeatDifference, RepeatedPair
 from snakebot.diagnosis.result import MOST_TOLD
+from snakebot.in_words import numbered
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ def disturbed(place: Ints, square: Floats, white_rad: float) -> list[Ints]:
         return []
     usual = max(float(np.median(square)), white_rad**2)
     times = few_stretches(np.zeros_like(place), place, square, usual)
-    high = np.isin(np.arange(square.size), np.concatenate([[], *times]))
+    high = marked(times, square.size)
     if not times or square[high].mean() < OUTSTANDING**2 * square[~high].max():
         return []
     return times
@@ -80,9 +81,8 @@ def _of_time(data: Data, together: Sequence[Disturbance]) -> str:
     largest = together[0]
     joints = sorted({one.joint + 1 for one in together})
     one, other = data.runs[largest.one].name, data.runs[largest.other].name
-    which = f"joint{'s' if len(joints) > 1 else ''} {', '.join(map(str, joints))}"
     return (
-        f"{which}: {one} and {other}, the same motion, part from {largest.begin_s:.1f} to {largest.end_s:.1f} s of "
-        f"{one}, by {np.degrees(largest.rms_rad):.2g} deg rms, and are alike elsewhere: something happened in one of "
-        "them; this is not taken for noise"
+        f"{numbered('joint', joints)}: {one} and {other}, the same motion, part from {largest.begin_s:.1f} to "
+        f"{largest.end_s:.1f} s of {one}, by {np.degrees(largest.rms_rad):.2g} deg rms, and are alike elsewhere: "
+        "something happened in one of them; this is not taken for noise"
     )

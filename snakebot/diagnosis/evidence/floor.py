@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
+from snakebot.diagnosis.evidence.blocks import marked
 from snakebot.diagnosis.evidence.data import CLEARLY_MORE, MIN_SAMPLES, OUTSTANDING, UNLIKE, Data, PreparedRun
 from snakebot.diagnosis.evidence.disturbances import Disturbance, disturbance, disturbed, in_words
 from snakebot.diagnosis.evidence.repeats import (
@@ -81,9 +82,7 @@ def noise_floor(data: Data, nominal: Sequence[Floats] | None = None) -> Floor:
             if difference.joint not in pair.changed:
                 place, square = _by_block(data.runs[pair.one], difference)
                 times = disturbed(place, square, white[difference.joint])
-                squares[difference.joint].append(
-                    np.delete(square, np.concatenate([np.zeros(0, int), *times]))
-                )
+                squares[difference.joint].append(square[~marked(times, square.size)])
                 found += [disturbance(data, pair, difference, place[blocks]) for blocks in times]
     parted = {(one.one, one.other) for one in found}
     repeat = np.array([_trimmed_root(np.concatenate(s)) if s else np.nan for s in squares])

@@ -24,6 +24,7 @@ from snakebot.diagnosis.evidence.data import (
 )
 from snakebot.diagnosis.evidence.operators import play
 from snakebot.diagnosis.result import BEYOND_CHANCE, HALF, MOST_TOLD
+from snakebot.in_words import numbered
 from snakebot.runlog.matching.motion import same_motion
 
 FEWEST_COMPARED = 24  # samples, below which nothing is said about what a difference depends on; chosen
@@ -272,11 +273,10 @@ def _moves_otherwise(data: Data, pair: RepeatedPair, joints: Sequence[int], size
         (data.runs[pair.one].name, data.runs[pair.other].name),
         key=lambda name: name == data.runs[pair.one].name,
     )
-    which = ", ".join(str(j + 1) for j in joints)
-    one = len(joints) == 1
+    which, verb = numbered("joint", [j + 1 for j in joints]), "moves" if len(joints) == 1 else "move"
     return (
-        f"joint{'' if one else 's'} {which} {'moves' if one else 'move'} otherwise in {names[0]} than in the same "
-        f"motion in {names[1]}, by {np.degrees(size_rad):.2g} deg rms"
+        f"{which} {verb} otherwise in {names[0]} than in the same motion in {names[1]}, by "
+        f"{np.degrees(size_rad):.2g} deg rms"
     )
 
 

@@ -10,6 +10,7 @@ from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S, known_motion
 from snakebot.diagnosis.result import GaitDegrees, NextExperiment
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion, Motion, Probe, ProbeMotion, check_motion, parse_probe
+from snakebot.in_words import numbered
 from snakebot.robot import Robot
 
 # Of all joints together, when a probe moves them alike: beyond it links meet; chosen.
@@ -65,10 +66,7 @@ class MenuMotion:
             return f"a {'small ' if degrees(self.gait.alpha_rad) < 10 else ''}gait, {self.gait}"
         probe = self.probe
         far = f"{degrees(probe.amplitude_rad):g} deg"
-        if probe.joints is None:
-            which = "all joints"
-        else:
-            which = f"joint{'s' if len(probe.joints) > 1 else ''} {', '.join(map(str, probe.joints))} alone"
+        which = "all joints" if probe.joints is None else f"{numbered('joint', probe.joints)} alone"
         if probe.kind == "triangle":
             return f"{which} back and forth by {far} at {degrees(probe.rate_rad_s):g} deg/s"
         if probe.kind == "steps":

@@ -9,6 +9,7 @@ from math import degrees
 
 from snakebot.diagnosis.result import NO_PERCENT, Cause, Diagnosis, GapStage, RankingEntry
 from snakebot.effects.effect import Effect
+from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import effects
 from snakebot.effects.telling import STAGES_IN_WORDS, joints_in_words, sentence, shown, shown_span, title
 from snakebot.in_words import listed, three
@@ -86,14 +87,18 @@ def stages_in_words(found: Diagnosis) -> str:
     return listed([STAGES_IN_WORDS[stage] for stage in stages(found)], "or" if ties else "and")
 
 
+def parameter_of(effect: str, name: str) -> Parameter | None:
+    """A parameter of an effect; None of a package that is not installed here."""
+    known = effects().get(effect)
+    return next((p for p in known.parameters if p.name == name), None) if known is not None else None
+
+
 def parameter_rows(cause: Cause) -> list[tuple[str, str, str]]:
     """Each parameter in words: what it is called, its value with its unit, its interval or why there is none."""
-    effect, rows = effect_of(cause), []
+    rows = []
     for name, value in cause.parameters.items():
-        parameter = (
-            next((p for p in effect.parameters if p.name == name), None) if effect is not None else None
-        )
-        if parameter is None:  # of a package that is not installed here
+        parameter = parameter_of(cause.effect, name)
+        if parameter is None:
             rows.append(
                 (name.replace("_", " "), f"{three(value.estimate)} {value.unit}".strip(), value.reason or "")
             )

@@ -18,11 +18,11 @@ from snakebot.diagnosis.show.named import (
     explanation,
     in_degrees,
     joint_count,
+    parameter_of,
     parameter_rows,
     runs_in_words,
     short_specification,
 )
-from snakebot.effects.registry import effects
 from snakebot.effects.telling import joints_in_words, shown, shown_span
 from snakebot.in_words import span, three
 from snakebot.report import Axis, BarChart, Bars, Column, Note, Section, Table
@@ -66,11 +66,10 @@ def add_by_run(section: Section, found: Diagnosis) -> None:
     values = found.where.values
     if values is None:
         return
-    effect = effects().get(values.effect)
-    parameter = None if effect is None else effect.parameter(values.parameter)
+    parameter = parameter_of(values.effect, values.parameter)
     rows: list[list[object]] = []
     for row in values.values:
-        if parameter is None:  # of a package that is not installed here
+        if parameter is None:
             value, ends = f"{three(row.estimate)} {values.unit}", ""
         else:
             value = shown(parameter, row.estimate)
@@ -81,8 +80,7 @@ def add_by_run(section: Section, found: Diagnosis) -> None:
     columns = [Column("run"), Column(called), Column("between", help="95 % interval"), Column("")]
     caption = (
         f"{called[:1].upper()}{called[1:]} by run, {effect_title(values.effect)} on {on}. With a value for each, "
-        f"{values.of_rest:.0%} of the "
-        "rest goes away"
+        f"{values.of_rest:.0%} of the rest goes away"
     )
     section.add(Table(columns, rows, caption=caption))
 

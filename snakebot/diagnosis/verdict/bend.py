@@ -22,6 +22,7 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial, trial_at
 from snakebot.diagnosis.result import BEYOND_CHANCE, NEXT_TO_NOTHING, Cause
 from snakebot.diagnosis.verdict.joints import joints_of
+from snakebot.in_words import numbered
 
 # Rms of the curve over that of what an explanation changes, from which on it tells. Measured: 0 to 2 % in robots whose
 # offset or gain is named rightly, 9 to 18 % in those with an eccentric code wheel (docs/diagnosis-method.md).
@@ -116,9 +117,8 @@ def bent(causes: Sequence[Cause]) -> str | None:
     if not of:
         return None
     joints = sorted({joint for cause in of for joint in cause.joints})
-    which = "joint" if len(joints) == 1 else "joints"
     return (
-        f"{which} {', '.join(map(str, joints))}: what is left bends with the angle, to the same side at both ends "
+        f"{numbered('joint', joints)}: what is left bends with the angle, to the same side at both ends "
         f"({max(cause.evidence['bend'] for cause in of):.0%} of what is closed), and "
         f"{' and '.join(dict.fromkeys(cause.effect for cause in of))} would be straight: look for a code wheel or a "
         "magnet off its centre, or a weight that is not described"

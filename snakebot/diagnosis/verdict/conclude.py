@@ -28,8 +28,10 @@ from snakebot.diagnosis.result import (
     NextExperiment,
     RankingEntry,
     Regime,
+    RunValues,
     StageShares,
     StatedNumber,
+    Stretch,
     Unexplained,
     Where,
 )
@@ -58,6 +60,7 @@ from snakebot.diagnosis.verdict.run_by_run import run_values
 from snakebot.diagnosis.verdict.stated_numbers import stated_numbers
 from snakebot.diagnosis.verdict.stretches import stretches
 from snakebot.diagnosis.verdict.traces import traces
+from snakebot.in_words import numbered
 from snakebot.robot import robot_option
 
 Steps = Sequence[tuple[Trial, Trial]]
@@ -133,8 +136,13 @@ def conclude(
     return Conclusion(
         judgement=judgement,
         where=_where(
-            judgement, shares(evidence, judgement.gap, found.nominal, steps), told, table
-        ).model_copy(update=_by_run_and_time(evidence, judgement)),
+            judgement,
+            shares(evidence, judgement.gap, found.nominal, steps),
+            told,
+            table,
+            run_values(evidence, judgement.best),
+            stretches(evidence, judgement.best, judgement.rest, judgement.runs),
+        ),
         causes=told,
         chosen_probability=chosen,
         open_rivals=tuple(rivals),
@@ -235,7 +243,12 @@ def _regimes(angles: AngleEvidence, predictor: Predictor, judgement: Judgement) 
 
 
 def _where(
-    judgement: Judgement, stage_shares: StageShares, causes: Sequence[Cause], table: Sequence[Regime]
+    judgement: Judgement,
+    stage_shares: StageShares,
+    causes: Sequence[Cause],
+    table: Sequence[Regime],
+    values: RunValues | None,
+    times: tuple[Stretch, ...],
 ) -> Where:
     gap, explained = judgement.gap, judgement.verdict == "explained"
     stage = stage_shares.largest()
@@ -263,17 +276,10 @@ def _where(
         joints=joints,
         joint_shares=tuple(round(float(s), 4) for s in share),
         regime=regime,
+        runs=() if values is None else values.unlike,
+        values=values,
+        times=times,
     )
-
-
-def _by_run_and_time(evidence: Evidence, judgement: Judgement) -> dict[str, object]:
-    """What of the place of the gap is told by runs and by times."""
-    values = run_values(evidence, judgement.best)
-    return {
-        "values": values,
-        "runs": () if values is None else values.unlike,
-        "times": stretches(evidence, judgement.best, judgement.rest, judgement.runs),
-    }
 
 
 def _unexplained(judgement: Judgement, table: Sequence[Regime], budget: Sequence[BudgetEntry]) -> Unexplained:
@@ -293,12 +299,10 @@ def _rest_sentence(rest: Rest, table: Sequence[Regime]) -> str:
     parts = []
     joints = named_joints(rest.gap)
     if joints:
-        which = "joint" if len(joints) == 1 else "joints"
-        parts.append(f"{which} {', '.join(map(str, joints))}: {sentence(table, rest=True)}")
+        parts.append(f"{numbered('joint', joints)}: {sentence(table, rest=True)}")
     if rest.bent:
-        which = "joint" if len(rest.bent) == 1 else "joints"
         parts.append(
-            f"{which} {', '.join(map(str, rest.bent))}: the rest bends with the angle, and what is named is straight"
+            f"{numbered('joint', rest.bent)}: the rest bends with the angle, and what is named is straight"
         )
     if rest.gap.ground_significant:
         parts.append("over ground, with the measured joint angles fed in")

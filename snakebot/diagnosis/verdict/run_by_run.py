@@ -8,18 +8,17 @@ are clearly apart, the robot was not the same in all runs, or what ails it follo
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
 
-from snakebot.arrays import Bools, Floats, Ints
+from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.repeats import MUCH_OF_GAP
 from snakebot.diagnosis.fit.fit_runs import fit_runs, shift_limits
-from snakebot.diagnosis.fit.hypothesis import Term
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import FULL_STEPS, Trial
 from snakebot.diagnosis.fit.uncertainty import interval
@@ -39,7 +38,7 @@ class _Number:
     """
 
     at: int
-    term: Term
+    effect: str
     parameter: Parameter
     joints: tuple[int, ...]
 
@@ -104,17 +103,22 @@ def run_values(evidence: Evidence, best: Trial) -> RunValues | None:
     if not with_rest.any() or simulator.rough_needs_body(best.specs):
         return None
     rough = simulator.needs_body(best.specs)
-    left = _Left(evidence, best, with_rest, rough)
-    found: list[RunValues] = []
-    for number in _numbers(best, evidence.data.joints):
-        on = np.isin(np.arange(evidence.data.joints) + 1, number.joints)
-        if not (on & with_rest).any():
-            continue
-        own = _each_run(evidence, best, number, rough)
-        gain = left.gain(number, own) if own.differ else 0.0
-        if gain > MUCH_OF_GAP:
-            found.append(_told(evidence, number, own, gain))
-    return max(found, key=lambda values: values.of_rest, default=None)
+    at_rest = set((np.flatnonzero(with_rest) + 1).tolist())
+    numbers = [n for n in _numbers(best, evidence.data.joints) if not at_rest.isdisjoint(n.joints)]
+    asked = [(number, _each_run(evidence, best, number, rough)) for number in numbers]
+    differ = [(number, own) for number, own in asked if own.differ]
+    if not differ:
+        return None
+    left = _Left(evidence, best, rough)
+    gains = [left.gain(number.at, own, at_rest.intersection(number.joints)) for number, own in differ]
+    found = [
+        _told(evidence, number, own, gain)
+        for (number, own), gain in zip(differ, gains, strict=True)
+        if gain > MUCH_OF_GAP
+    ]
+    return max(
+        found, key=lambda values: values.of_rest, default=None
+    )  # of joints that are as clear, the first
 
 
 def _numbers(best: Trial, count: int) -> list[_Number]:
@@ -124,7 +128,7 @@ def _numbers(best: Trial, count: int) -> list[_Number]:
         of_one = term.open_of_one
         for joints in term.alike:
             if of_one and term.stage != "body" and "scatter" not in find_effect(term.effect).shows_in:
-                found.append(_Number(at, term, of_one[0], joints or tuple(range(1, count + 1))))
+                found.append(_Number(at, term.effect, of_one[0], joints or tuple(range(1, count + 1))))
             at += len(of_one)
     return found
 
@@ -160,11 +164,10 @@ def _each_run(evidence: Evidence, best: Trial, number: _Number, rough: bool) -> 
 
 
 class _Left:
-    """What the explanation leaves on joints with a rest, with a number of its own in each run or without."""
+    """What the explanation leaves over, with a number of its own in each run or without."""
 
-    def __init__(self, evidence: Evidence, best: Trial, joints: Bools, rough: bool) -> None:
+    def __init__(self, evidence: Evidence, best: Trial, rough: bool) -> None:
         self._evidence, self._best, self._rough = evidence, best, rough
-        self._with_rest = joints
         every = range(len(evidence.data.runs))
         self._readings = evidence.predictor.readings(best.specs, every, rough)
         self._square = self._squares(self._readings)
@@ -175,17 +178,17 @@ class _Left:
         shifts_s = angles.shifts_s(readings, free, shift_limits(angles, self._best.hypothesis))
         return angles.blocks.mean_square(angles.residuals(readings, shifts_s))
 
-    def gain(self, number: _Number, own: _Own) -> float:
-        """Share of the rest of the fitted runs, on the joints of a number, that goes with values of its own."""
+    def gain(self, at: int, own: _Own, joints: Collection[int]) -> float:
+        """Share of the rest of the fitted runs, on some joints (1-based), that goes with values of the parameter ``at``
+        of each run's own.
+        """
         blocks, readings = self._evidence.angles.blocks, list(self._readings)
         for run, value in zip(own.runs, own.value.tolist(), strict=True):
             theta = self._best.theta.copy()
-            theta[number.at] = value
+            theta[at] = value
             specs = self._best.hypothesis.specs(theta)
             readings[run] = self._evidence.predictor.readings(specs, [run], self._rough)[0]
-        joints = np.flatnonzero(self._with_rest) + 1
-        rows = np.isin(blocks.joint + 1, joints[np.isin(joints, number.joints)])
-        rows &= np.isin(blocks.run, self._evidence.split.free)
+        rows = np.isin(blocks.joint + 1, list(joints)) & np.isin(blocks.run, self._evidence.split.free)
         allowed = self._evidence.angles.allowed_square
         before, after = (
             float((np.maximum(square - allowed, 0.0) * blocks.samples)[rows].sum())
@@ -201,7 +204,7 @@ def _told(evidence: Evidence, number: _Number, own: _Own, gain: float) -> RunVal
         for run, v, e in zip(own.runs, own.value.tolist(), own.error.tolist(), strict=True)
     ]
     return RunValues(
-        effect=number.term.effect,
+        effect=number.effect,
         parameter=parameter.name,
         unit=parameter.unit,
         joints=number.joints,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.evidence.blocks import few_stretches
+from snakebot.diagnosis.evidence.blocks import few_stretches, marked
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import HALF, MOST_TOLD, Stretch
@@ -30,13 +30,12 @@ def stretches(evidence: Evidence, best: Trial, rest: Rest, runs: Sequence[int]) 
         if total <= 0:
             continue
         usual = np.maximum(np.median(square[mine]), allowed[mine])
-        parts = [
-            mine[part] for part in few_stretches(blocks.run[mine], blocks.place[mine], square[mine], usual)
-        ]
-        high = np.isin(mine, np.concatenate([[], *parts]))
+        parts = few_stretches(blocks.run[mine], blocks.place[mine], square[mine], usual)
+        high = marked(parts, mine.size)
         if over[mine[high]].sum() < HALF * total or _fills_a_run(blocks.run[mine], high):
             continue
-        found += [_stretch(evidence, joint, part, float(over[part].sum()) / total) for part in parts]
+        there = [mine[part] for part in parts]
+        found += [_stretch(evidence, joint, part, float(over[part].sum()) / total) for part in there]
     return tuple(sorted(found, key=lambda one: -one.share))
 
 

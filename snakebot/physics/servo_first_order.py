@@ -2,10 +2,15 @@
 
 Such a servo is a lag with gain, offset, dead band, rate limit, dry friction, compliance and play; most of what a
 diagnosis tries is one. The laws are those of ``servo``; only what other servos would need besides is left out.
+
+Each steps from set-point to set-point and sample to sample: in between its motor goes one way, in closed form.
+Friction, sag and play follow where it is at the end of a step, under the torque of that moment; a limit that the torque
+lowers is that of the middle of the step. Under a torque that changes meanwhile a step is short enough for that.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from snakebot.physics.compiled import in_place
@@ -35,6 +40,10 @@ from snakebot.physics.servo_layout import (
     TIME_GRAIN_S,
 )
 
+# Longest step under load. Measured: of sines of 1 to 8 rad/s, under torques of as many and three times as many, angles
+# are off by 0.002 deg rms, by 0.03 deg in the worst of 60 servos; steps of 20 ms make it 0.006 and 0.06 deg.
+LONGEST_STEP_S = 0.01
+
 
 @in_place
 def is_first_order(p: Any) -> bool:
@@ -51,14 +60,13 @@ def is_first_order(p: Any) -> bool:
 
 @in_place
 def run_first_order(
-    p: Any, angle: float, held: float, grid: float, late: float, t: Any, load_t: Any, switch_t: Any, switch_u: Any,
+    p: Any, angle: float, held: float, late: float, t: Any, load_t: Any, switch_t: Any, switch_u: Any,
     out: Any, out_load: Any,
 ) -> None:  # fmt: skip
     """Joint angles ``out`` (T,) of a servo that ``is_first_order``, from rest at ``angle``, and what it bore.
 
     Args:
         held: set-point that keeps it there.
-        grid: longest step, s; inf: from set-point to set-point and sample to sample.
         late: how much later than ``switch_t`` its set-points come into force, s.
         t: (T,) times, not falling.
         load_t: (T,) torques on the servo at those times, or none.
@@ -71,7 +79,7 @@ def run_first_order(
     per_s, per_nm = p[RATE_DROP_PER_S], p[RATE_DROP_PER_NM]
     give, compliance, friction = p[LOOP_COMPLIANCE_RAD_NM], p[COMPLIANCE_RAD_NM], p[COULOMB_NM]
     falls = per_s != 0.0 or per_nm != 0.0
-    loaded, load, at = load_t.size > 0, 0.0, 0
+    loaded, middle, load, at = load_t.size > 0, 0.0, 0.0, 0
     asleep, dragged, motor, target = True, angle, angle, gain * held + offset
     now, start = t[0] - late, t[0] - late
     coming, steps = 0, 0.0
@@ -83,15 +91,12 @@ def run_first_order(
                 coming += 1
             if sample <= now + TIME_GRAIN_S:
                 break
-            until, tick = end_of_step(sample, switch_t, coming, start + (steps + 1.0) * grid)
+            mark = start + (steps + 1.0) * LONGEST_STEP_S if loaded else math.inf
+            until, tick = end_of_step(sample, switch_t, coming, mark)
             dt = until - now
             if loaded:
-                middle = 0.5 * (now + until) + late
-                while at < t.size - 2 and t[at + 1] < middle:
-                    at += 1
-                last = min(at + 1, t.size - 1)
-                share = min(max((middle - t[at]) / (t[last] - t[at]), 0.0), 1.0) if last > at else 0.0
-                load = load_t[at] + share * (load_t[last] - load_t[at])
+                middle, at = _between(t, load_t, 0.5 * (now + until) + late, at)
+                load, _ = _between(t, load_t, until + late, at)
             if asleep:  # it is switched on where its joint is, bearing what hangs on it
                 dragged = angle + load * compliance
                 motor = dragged + load * give
@@ -100,7 +105,7 @@ def run_first_order(
             if falls:
                 goal, _ = goal_of(motor, target, band, hard)
                 limit = falling_limit(
-                    limit, per_s, per_nm, load if goal > motor else -load, now - start + 0.5 * dt
+                    limit, per_s, per_nm, middle if goal > motor else -middle, now - start + 0.5 * dt
                 )
             motor = first_order(motor, target, band, hard, tau, limit, dt)
             dragged = play(dragged, motor - load * give, friction * give)
@@ -109,3 +114,13 @@ def run_first_order(
             if tick:
                 steps += 1.0
         out[row], out_load[row] = angle, load
+
+
+@in_place
+def _between(t: Any, values: Any, now: float, at: int) -> tuple[float, int]:
+    """``values`` (T,) at the time ``now``, looked for from row ``at``; and the row to go on from."""
+    while at < t.size - 2 and t[at + 1] < now:
+        at += 1
+    last = min(at + 1, t.size - 1)
+    share = min(max((now - t[at]) / (t[last] - t[at]), 0.0), 1.0) if t[last] > t[at] else 0.0
+    return values[at] + share * (values[last] - values[at]), at

@@ -94,8 +94,8 @@ def _run_apart(
             wanted = switch_u[:, source]
             if is_first_order(params[j]) and not _any_is_nan(wanted):
                 run_first_order(
-                    params[j], states[run, j, OUTPUT], holding[run, source], grid if fine[j] else math.inf,
-                    late[source], t_out, load_given[first : ends[run], j] if loaded else _NO_LOAD, switch_t, wanted,
+                    params[j], states[run, j, OUTPUT], holding[run, source], late[source],
+                    t_out, load_given[first : ends[run], j] if loaded else _NO_LOAD, switch_t, wanted,
                     out_angle[first : ends[run], j], out_load[first : ends[run], j],
                 )  # fmt: skip
                 continue

@@ -11,7 +11,7 @@ from math import degrees
 from typing import TYPE_CHECKING
 
 from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S, WrittenGait, known_motions
-from snakebot.diagnosis.show.certainty import SURE
+from snakebot.diagnosis.sizes import SURE
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion, Probe, check_motion, parse_probe
 

@@ -11,18 +11,6 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 SCHEMA, FIRST_SCHEMA = "snakebot.diagnosis/2", "snakebot.diagnosis/1"
-# The lowest probability that is told, and how far the highest is from one; chosen: hundreds of cases, not thousands,
-# are behind them.
-LOWEST = 0.01
-LIKELY = 0.6  # least probability of what is called likely, and the highest beside a large rest; chosen
-HALF = 0.5  # what is more than it is most of something, or likelier than not; by definition
-MOST_TOLD = 3  # things of a kind that are told or shown one by one; chosen: a reader keeps no more apart
-LITTLE = 0.1  # share, below which a part is little beside the whole, or one number beside another; chosen
-CLEAR_SE = 2.0  # standard errors that make a difference a clear one: 95 %; chosen
-OFF = 1.5  # standard deviations of what is believed of a number, by which it is off that; chosen
-BEYOND_CHANCE = 3.0  # standard deviations or errors that chance hardly reaches: 0.3 %; chosen
-NEXT_TO_NOTHING = 0.05  # share of a gap, a change, a spread or a certainty, that is neglected; chosen
-NO_PERCENT = 0.005  # of a share, below which it is none: 0 % in whole per cent, by definition
 
 Verdict = Literal["explained", "partly", "no_gap", "unexplained"]
 GapStage = Literal["link", "servo", "sensor", "body", "none"]

@@ -12,8 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.evidence.data import OUTSTANDING, Data
-from snakebot.diagnosis.result import MOST_TOLD
+from snakebot.diagnosis.evidence.data import (
+    Data,
+)
+from snakebot.diagnosis.sizes import MOST_TOLD, OUTSTANDING
 
 LEAST_FILLED = 0.25  # share of its samples, below which a block is left out; chosen
 # Correlation of neighbouring blocks that is believed at most: it makes an error three times as large; chosen.

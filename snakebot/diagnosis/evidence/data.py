@@ -39,10 +39,6 @@ SETTLED = 5.0
 BLOCK_S = 1.0  # length of a block: in it a servo and a body forget what was before, s; chosen
 # Within which a set-point was applied as commanded; chosen: a count of 12 bits is 1.5e-3 rad.
 APPLIED_RAD = 2e-3
-# Times its noise, its standard error, an encoder's count or what is usual, from which on something stands out; chosen.
-OUTSTANDING = 4.0
-# Times the noise, the floor or a tolerance, from which on something is clearly more than that; chosen.
-CLEARLY_MORE = 2.0
 # Share of a run's samples that a clean line may lose, or apply otherwise than commanded; chosen.
 CLEAN_LOSS = 0.01
 UNLIKE = 0.3  # share of the usual step in time, or value, by which another differs and is unlike it; chosen

@@ -9,7 +9,12 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import marked
-from snakebot.diagnosis.evidence.data import CLEARLY_MORE, MIN_SAMPLES, OUTSTANDING, UNLIKE, Data, PreparedRun
+from snakebot.diagnosis.evidence.data import (
+    MIN_SAMPLES,
+    UNLIKE,
+    Data,
+    PreparedRun,
+)
 from snakebot.diagnosis.evidence.disturbances import Disturbance, disturbance, disturbed, in_words
 from snakebot.diagnosis.evidence.repeats import (
     RepeatDifference,
@@ -17,7 +22,7 @@ from snakebot.diagnosis.evidence.repeats import (
     doubt_warning,
     repeated_pairs,
 )
-from snakebot.diagnosis.result import LITTLE
+from snakebot.diagnosis.sizes import CLEARLY_MORE, LITTLE, OUTSTANDING
 from snakebot.robust import MAD_TO_STD
 
 # Share of the blocks, those that differ most between repeats, that is left out of the floor; chosen.

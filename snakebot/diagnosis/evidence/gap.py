@@ -9,10 +9,12 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import mean_difference
-from snakebot.diagnosis.evidence.data import CLEARLY_MORE, MIN_SAMPLES
+from snakebot.diagnosis.evidence.data import (
+    MIN_SAMPLES,
+)
 from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN
 from snakebot.diagnosis.evidence.score import Scoring
-from snakebot.diagnosis.result import BEYOND_CHANCE, NEXT_TO_NOTHING
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEARLY_MORE, NEXT_TO_NOTHING
 
 # Mean square over the allowed one, above which there is a gap: the floor is an estimate itself; chosen.
 GAP_RATIO = 1.3

@@ -17,13 +17,12 @@ from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.data import (
     FEWEST_TO_COMPARE,
     MIN_SAMPLES,
-    OUTSTANDING,
     QUARTERS,
     Data,
     PreparedRun,
 )
 from snakebot.diagnosis.evidence.operators import play
-from snakebot.diagnosis.result import BEYOND_CHANCE, HALF, MOST_TOLD
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, HALF, MOST_TOLD, OUTSTANDING
 from snakebot.in_words import numbered
 from snakebot.runlog.matching.motion import same_motion
 

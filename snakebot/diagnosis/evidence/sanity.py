@@ -9,8 +9,13 @@ import numpy as np
 
 from snakebot.analysis.channels import doubts_of_runs
 from snakebot.analysis.standstill import standstill_lines
-from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, MIN_SAMPLES, OUTSTANDING, Data, repeated
-from snakebot.diagnosis.result import HALF
+from snakebot.diagnosis.evidence.data import (
+    FEWEST_FOR_DELAY,
+    MIN_SAMPLES,
+    Data,
+    repeated,
+)
+from snakebot.diagnosis.sizes import HALF, OUTSTANDING
 from snakebot.errors import BadInputError
 from snakebot.runlog import Run, Session
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion

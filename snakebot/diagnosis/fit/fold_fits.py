@@ -28,7 +28,7 @@ from snakebot.diagnosis.fit.fit_runs import (
 )
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, refit
-from snakebot.diagnosis.result import CLEAR_SE, LITTLE
+from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE
 
 NEAR_STEPS = 8  # iterations from where another fit ended, which is near; chosen
 FAR_STEPS = 20  # iterations from the usual value, which may be far; chosen

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.diagnosis.evidence.data import OUTSTANDING
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import GROUND, Scoring
@@ -17,6 +16,7 @@ from snakebot.diagnosis.fit.fold_fits import fold_thetas
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
 from snakebot.diagnosis.fit.least_squares import Fit, multi_start
 from snakebot.diagnosis.fit.step import Problem
+from snakebot.diagnosis.sizes import OUTSTANDING
 from snakebot.effects.spec import EffectSpec
 
 FULL_STEPS = 30  # iterations of a fit; chosen

@@ -28,8 +28,11 @@ from snakebot.diagnosis.proposal.separation import (
     lead_of,
     times_noise,
 )
-from snakebot.diagnosis.result import LOWEST, NEXT_TO_NOTHING, NextExperiment
+from snakebot.diagnosis.result import (
+    NextExperiment,
+)
 from snakebot.diagnosis.search.rounds import LOOKED_AT
+from snakebot.diagnosis.sizes import LOWEST, NEXT_TO_NOTHING
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
 __all__ = ["Proposal", "motion_of", "propose"]

@@ -22,7 +22,7 @@ from snakebot.diagnosis.proposal.separation import (
     bounded,
     shift,
 )
-from snakebot.diagnosis.result import LITTLE, NEXT_TO_NOTHING, OFF
+from snakebot.diagnosis.sizes import LITTLE, NEXT_TO_NOTHING, OFF
 from snakebot.effects.spec import EffectSpec
 
 NEAR = 0.3  # lead under which the rival is refitted, from where it is; chosen

@@ -23,7 +23,7 @@ from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.proposal.menu import MenuMotion
 from snakebot.diagnosis.proposal.motions import RAMP_S
-from snakebot.diagnosis.result import BEYOND_CHANCE
+from snakebot.diagnosis.sizes import BEYOND_CHANCE
 from snakebot.effects.prediction import JointRun, joint_run
 from snakebot.effects.servo_stage import ServoRun
 from snakebot.effects.spec import EffectSpec

@@ -11,7 +11,7 @@ from snakebot.diagnosis.evidence.blocks import MeanDifference
 from snakebot.diagnosis.evidence.gap import Gap, gap_of
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import CLEAR_SE, HALF, LITTLE, NEXT_TO_NOTHING, NO_PERCENT
+from snakebot.diagnosis.sizes import CLEAR_SE, HALF, LITTLE, NEXT_TO_NOTHING, NO_PERCENT
 from snakebot.effects.registry import find_effect
 
 MOST_LEFT = 0.08  # share of the gap that what explains it may leave over beyond noise and tolerance; chosen

@@ -16,10 +16,10 @@ from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
 from snakebot.diagnosis.fit.least_squares import refit
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.candidate import SIZE_BESIDE, Candidate, start_values
 from snakebot.diagnosis.search.everyday import everyday_terms, is_one_of
 from snakebot.diagnosis.search.library import Library
+from snakebot.diagnosis.sizes import LITTLE
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
 

@@ -17,8 +17,8 @@ from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.hypothesis import Box
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
-from snakebot.diagnosis.result import CLEAR_SE
 from snakebot.diagnosis.search.acceptance import lead, touched
+from snakebot.diagnosis.sizes import CLEAR_SE
 
 ALIKE_AT_FLOOR = 0.15  # ``ALIKE`` where both leave nothing significant: sound robots differ by more; chosen
 # Share of a parameter's range, or of its value on a logarithmic scale, within which it is at its upper bound; a tenth

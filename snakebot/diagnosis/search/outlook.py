@@ -20,8 +20,8 @@ from snakebot.diagnosis.fit.fit_runs import StackedAngles, shift_limits
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, informative_runs
-from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.candidate import Candidate
+from snakebot.diagnosis.sizes import LITTLE
 
 # Shares of the change that an effect makes at a start, and multiples, beside the one of least squares, which is between
 # the first and the last: the best is what a fit might reach; chosen.

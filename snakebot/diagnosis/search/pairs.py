@@ -20,9 +20,9 @@ from snakebot.diagnosis.fit.fit_runs import StackedAngles
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, first_runs, run_trial
-from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.candidate import SIZE_BESIDE, Candidate, scaled
 from snakebot.diagnosis.search.rounds import FOLLOWED_UP, held_out, ranked
+from snakebot.diagnosis.sizes import LITTLE
 
 MOST_SINGLES = 24  # effects that pairs are made of, those that leave least; chosen
 MOST_PAIRS = 4  # pairs that are fitted; chosen

@@ -16,7 +16,11 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.blocks import mean_difference
-from snakebot.diagnosis.evidence.data import CLEARLY_MORE, FEWEST_FOR_DELAY, Data, link_is_clean
+from snakebot.diagnosis.evidence.data import (
+    FEWEST_FOR_DELAY,
+    Data,
+    link_is_clean,
+)
 from snakebot.diagnosis.evidence.floor import Floor
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
@@ -24,9 +28,9 @@ from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.fit.uncertainty import interval, standard_errors
-from snakebot.diagnosis.result import CLEAR_SE, HALF, LITTLE
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.search import MOST_EFFECTS, SearchResult
+from snakebot.diagnosis.sizes import CLEAR_SE, CLEARLY_MORE, HALF, LITTLE
 from snakebot.effects.registry import find_effect
 
 # After which a lost set-point is forgotten, s; chosen. A lag at which a correlation is looked at, not a time that is

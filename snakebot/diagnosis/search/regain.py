@@ -17,10 +17,10 @@ from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, minimise
 from snakebot.diagnosis.fit.trial import Trial, run_trial
-from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.acceptance import but_the_best, costs_nothing
 from snakebot.diagnosis.search.bench import Bench, Wear, as_wide_as, gain_on_joint, laid_out
 from snakebot.diagnosis.search.library import Library
+from snakebot.diagnosis.sizes import LITTLE
 
 
 def regained(evidence: Evidence, library: Library, best: Trial) -> Trial:

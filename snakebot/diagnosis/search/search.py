@@ -20,7 +20,6 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
-from snakebot.diagnosis.result import HALF
 from snakebot.diagnosis.search.acceptance import (
     MOST_LEFT,
     accepted,
@@ -49,6 +48,7 @@ from snakebot.diagnosis.search.rounds import (
     ranked,
 )
 from snakebot.diagnosis.search.wear import with_wear
+from snakebot.diagnosis.sizes import HALF
 
 MOST_EFFECTS = 3  # different effects in an explanation; chosen
 MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, and one more; chosen

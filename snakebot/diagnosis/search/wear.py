@@ -19,7 +19,6 @@ from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.fold_fits import NEAR_STEPS
 from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, linearised, minimise, wide_allowance
 from snakebot.diagnosis.fit.trial import COSTLY_STEPS, Trial, run_trial_against
-from snakebot.diagnosis.result import CLEAR_SE, LITTLE
 from snakebot.diagnosis.search.acceptance import (
     LEAST_GAIN,
     excess,
@@ -31,6 +30,7 @@ from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.everyday import all_but, everyday_terms, is_one_of, takes_a_place
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rounds import FOLLOWED_UP, NEARLY, ranked
+from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE
 
 
 def with_wear(

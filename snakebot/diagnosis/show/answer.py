@@ -6,10 +6,6 @@ from dataclasses import dataclass
 from math import sqrt
 
 from snakebot.diagnosis.result import (
-    HALF,
-    LITTLE,
-    MOST_TOLD,
-    NEXT_TO_NOTHING,
     AngleClosure,
     Cause,
     Diagnosis,
@@ -26,6 +22,7 @@ from snakebot.diagnosis.show.named import (
     stages,
     stages_in_words,
 )
+from snakebot.diagnosis.sizes import HALF, LITTLE, MOST_TOLD, NEXT_TO_NOTHING
 from snakebot.effects.telling import joints_in_words
 from snakebot.in_words import listed, three
 

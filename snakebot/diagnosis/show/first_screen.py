@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from math import degrees
 
-from snakebot.diagnosis.result import NO_PERCENT, Diagnosis
+from snakebot.diagnosis.result import (
+    Diagnosis,
+)
 from snakebot.diagnosis.show import answer, certainty
 from snakebot.diagnosis.show.named import (
     effect_of,
@@ -14,6 +16,7 @@ from snakebot.diagnosis.show.named import (
     values_of,
 )
 from snakebot.diagnosis.show.words import VERDICTS
+from snakebot.diagnosis.sizes import NO_PERCENT
 from snakebot.effects.telling import joints_in_words
 from snakebot.in_words import three
 from snakebot.report import Answer, Drawing, Fall, ToDo

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from snakebot.diagnosis.result import (
-    BEYOND_CHANCE,
-    CLEAR_SE,
-    OFF,
     BudgetEntry,
     Diagnosis,
     RankingEntry,
@@ -23,6 +20,7 @@ from snakebot.diagnosis.show.named import (
     runs_in_words,
     short_specification,
 )
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEAR_SE, OFF
 from snakebot.effects.telling import joints_in_words, shown, shown_span
 from snakebot.in_words import span, three
 from snakebot.report import Axis, BarChart, Bars, Column, Note, Section, Table

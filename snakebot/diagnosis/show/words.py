@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from snakebot.diagnosis.result import NO_PERCENT, Diagnosis
+from snakebot.diagnosis.result import (
+    Diagnosis,
+)
 from snakebot.diagnosis.show import answer, certainty
 from snakebot.diagnosis.show.named import (
     cause_name,
@@ -13,6 +15,7 @@ from snakebot.diagnosis.show.named import (
     plain,
     stages_in_words,
 )
+from snakebot.diagnosis.sizes import NO_PERCENT
 from snakebot.effects.telling import joints_in_words
 from snakebot.in_words import listed, three
 

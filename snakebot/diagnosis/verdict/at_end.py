@@ -7,7 +7,11 @@ from __future__ import annotations
 
 import math
 
-from snakebot.diagnosis.result import HALF, NO_PERCENT, Cause, Estimate
+from snakebot.diagnosis.result import (
+    Cause,
+    Estimate,
+)
+from snakebot.diagnosis.sizes import HALF, NO_PERCENT
 from snakebot.diagnosis.verdict.probability import at_most
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect

@@ -20,7 +20,10 @@ from snakebot.diagnosis.evidence.data import MIN_SAMPLES
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial, trial_at
-from snakebot.diagnosis.result import BEYOND_CHANCE, NEXT_TO_NOTHING, Cause
+from snakebot.diagnosis.result import (
+    Cause,
+)
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, NEXT_TO_NOTHING
 from snakebot.diagnosis.verdict.joints import joints_of
 from snakebot.in_words import numbered
 

@@ -22,8 +22,12 @@ from snakebot.diagnosis.evidence.data import FEWEST_TO_COMPARE
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.fit_runs import ground_residuals
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import LITTLE, NEXT_TO_NOTHING, BudgetEntry, Cause
+from snakebot.diagnosis.result import (
+    BudgetEntry,
+    Cause,
+)
 from snakebot.diagnosis.search.rounds import MANY_TERMS
+from snakebot.diagnosis.sizes import LITTLE, NEXT_TO_NOTHING
 from snakebot.diagnosis.verdict.closure import DRAWS, ends_of_95_percent
 from snakebot.effects.spec import EffectSpec
 

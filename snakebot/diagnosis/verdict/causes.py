@@ -16,7 +16,6 @@ from snakebot.diagnosis.fit.trial import Trial, run_trial, trial_at
 from snakebot.diagnosis.fit.uncertainty import interval
 from snakebot.diagnosis.options import Options
 from snakebot.diagnosis.result import (
-    HALF,
     BudgetEntry,
     Cause,
     Estimate,
@@ -28,6 +27,7 @@ from snakebot.diagnosis.search.acceptance import lead, touched
 from snakebot.diagnosis.search.groups import degenerate, indistinguishable
 from snakebot.diagnosis.search.rounds import MANY_TERMS
 from snakebot.diagnosis.search.search import SearchResult, without_term
+from snakebot.diagnosis.sizes import HALF
 from snakebot.diagnosis.verdict.at_end import held_back
 from snakebot.diagnosis.verdict.bend import less_sure
 from snakebot.diagnosis.verdict.closure import angle_closure, forward_speeds, speed_closure

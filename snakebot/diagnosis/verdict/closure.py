@@ -22,8 +22,6 @@ from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import (
-    LITTLE,
-    NEXT_TO_NOTHING,
     AngleClosure,
     BudgetEntry,
     GroundClosure,
@@ -31,6 +29,7 @@ from snakebot.diagnosis.result import (
     RunSpeed,
     SpeedClosure,
 )
+from snakebot.diagnosis.sizes import LITTLE, NEXT_TO_NOTHING
 from snakebot.effects.spec import EffectSpec
 
 DRAWS = 1000  # of the bootstrap; chosen: 2.5 % quantiles then rest on 25 draws

@@ -18,7 +18,6 @@ from snakebot.diagnosis.fit.trial import Trial, run_trial, trial_at
 from snakebot.diagnosis.fit.uncertainty import standard_errors
 from snakebot.diagnosis.options import Options, ProgressCallback
 from snakebot.diagnosis.result import (
-    HALF,
     BudgetEntry,
     Cause,
     Closure,
@@ -37,6 +36,7 @@ from snakebot.diagnosis.result import (
 )
 from snakebot.diagnosis.search.rounds import MANY_TERMS
 from snakebot.diagnosis.search.search import SearchResult
+from snakebot.diagnosis.sizes import HALF
 from snakebot.diagnosis.verdict.budget import angle_budget, by_share, ground_budget, of_causes
 from snakebot.diagnosis.verdict.causes import fit_entries, noise_cause, speed_closed, weigh_causes
 from snakebot.diagnosis.verdict.closure import (

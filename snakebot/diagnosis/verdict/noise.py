@@ -8,8 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from snakebot.diagnosis.evidence.data import OUTSTANDING, Data
+from snakebot.diagnosis.evidence.data import (
+    Data,
+)
 from snakebot.diagnosis.evidence.floor import Floor
+from snakebot.diagnosis.sizes import OUTSTANDING
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects
 from snakebot.robust import SIGMAS_95

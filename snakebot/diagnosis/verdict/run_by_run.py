@@ -22,7 +22,11 @@ from snakebot.diagnosis.fit.fit_runs import fit_runs, shift_limits
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import FULL_STEPS, Trial
 from snakebot.diagnosis.fit.uncertainty import interval
-from snakebot.diagnosis.result import BEYOND_CHANCE, RunEstimate, RunValues
+from snakebot.diagnosis.result import (
+    RunEstimate,
+    RunValues,
+)
+from snakebot.diagnosis.sizes import BEYOND_CHANCE
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect
 from snakebot.effects.telling import joints_in_words, shown, title

@@ -10,9 +10,9 @@ from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.fit.hypothesis import Term
 from snakebot.diagnosis.fit.trial import Trial, nominal_trial
-from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.candidate import Candidate, added
 from snakebot.diagnosis.search.outlook import promise, promising
+from snakebot.diagnosis.sizes import LITTLE
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import find_effect
 

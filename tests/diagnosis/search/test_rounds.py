@@ -13,12 +13,12 @@ from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import gather
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, nominal_trial, run_trial
-from snakebot.diagnosis.result import LITTLE
 from snakebot.diagnosis.search.candidate import added
 from snakebot.diagnosis.search.library import usable_effects
 from snakebot.diagnosis.search.outlook import promise
 from snakebot.diagnosis.search.plainly import by_plainer_effects
 from snakebot.diagnosis.search.rounds import explore
+from snakebot.diagnosis.sizes import LITTLE
 from snakebot.effects.registry import find_effect
 
 pytestmark = pytest.mark.slow

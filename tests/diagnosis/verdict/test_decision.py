@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from snakebot.diagnosis.evidence.gap import Gap
-from snakebot.diagnosis.result import HALF
 from snakebot.diagnosis.search.acceptance import MOST_LEFT
+from snakebot.diagnosis.sizes import HALF
 from snakebot.diagnosis.verdict.decision import VerdictFacts, decide
 from snakebot.diagnosis.verdict.rest import Rest
 

@@ -1,0 +1,30 @@
+"""Sizes that mean the same wherever the diagnosis asks for them: shares, probabilities, and how sure is sure enough."""
+
+from __future__ import annotations
+
+# Shares of a whole.
+NO_PERCENT = 0.005  # below which a share is none: 0 % in whole per cent, by definition
+NEXT_TO_NOTHING = 0.05  # of a gap, a change, a spread or a certainty, that is neglected; chosen
+LITTLE = 0.1  # below which a part is little beside the whole, or one number beside another; chosen
+MUCH = 0.25  # from which on a part is much of the whole, or two numbers are unlike; chosen
+HALF = 0.5  # what is more than it is most of something, or likelier than not; by definition
+NEARLY_ALL = 0.8  # from which on a part stands for the whole, or one number for another; chosen
+
+# Probabilities.
+LOWEST = 0.01  # that is told, and how far the highest is from one; chosen: hundreds of cases are behind them
+UNLIKELY = 0.3  # highest of a cause that something speaks against: likelier wrong than right; chosen
+LIKELY = 0.6  # least of what is called likely, and the highest beside a large rest; chosen
+SURE = 0.85  # least of what is called sure, and of an end of experiments; chosen
+
+# Standard deviations or errors, and multiples of what is usual.
+OFF = 1.5  # of what is believed of a number, by which it is off that; chosen
+CLEAR_SE = 2.0  # that make a difference a clear one: 95 %; chosen
+CLEARLY_MORE = (
+    2.0  # times the noise, the floor or a tolerance, from which on something is clearly more; chosen
+)
+BEYOND_CHANCE = 3.0  # that chance hardly reaches: 0.3 %; chosen
+OUTSTANDING = 4.0  # times noise, standard error, an encoder's count or what is usual, that stand out; chosen
+
+# How many.
+MOST_TOLD = 3  # things of a kind that are told or shown one by one; chosen: a reader keeps no more apart
+SOME = 4  # of many that take long, those that are gone after: pairs, orders, explanations, joints; chosen

@@ -11,7 +11,7 @@ from math import degrees
 from typing import TYPE_CHECKING
 
 from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S, WrittenGait, known_motions
-from snakebot.diagnosis.sizes import SURE
+from snakebot.diagnosis.sizes import NEARLY_ALL, SURE
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion, Probe, check_motion, parse_probe
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 BUDGET = 9  # runs: the starting set, and four to separate what is left; chosen
-_SMALLER = 0.8  # a gait beyond the robot's limits is tried with so much of its amplitude; chosen
+_SMALLER = NEARLY_ALL  # a gait beyond the robot's limits is tried with so much of its amplitude
 _TIMES = 12  # such tries at most; chosen
 
 

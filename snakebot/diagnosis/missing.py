@@ -9,12 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.diagnosis.evidence.data import (
-    CLEAN_LOSS,
-    MIN_SAMPLES,
-    holes,
-    motion_numbers,
-)
+from snakebot.diagnosis.evidence.data import CLEAN_LOSS, MIN_SAMPLES, holes, motion_numbers
 from snakebot.diagnosis.evidence.sanity import MANY_BAD
 from snakebot.diagnosis.live import Experiment, starting_set
 from snakebot.diagnosis.proposal.motions import DURATION_S, known_motions

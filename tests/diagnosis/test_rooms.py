@@ -19,7 +19,7 @@ BEFORE = {
     "proposal": {"evidence", "fit", "search"},
     "show": set(),
 }
-COMMON = {"options", "result"}  # what is asked, and the types of the answer
+COMMON = {"options", "result", "sizes"}  # what is asked, the types of the answer, and sizes that all go by
 
 
 def imported(path: Path) -> set[str]:

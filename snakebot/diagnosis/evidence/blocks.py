@@ -12,14 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.evidence.data import (
-    Data,
-)
-from snakebot.diagnosis.sizes import MOST_TOLD, OUTSTANDING
+from snakebot.diagnosis.evidence.data import Data
+from snakebot.diagnosis.sizes import MOST_TOLD, MUCH, NEARLY_ALL, OUTSTANDING
 
-LEAST_FILLED = 0.25  # share of its samples, below which a block is left out; chosen
-# Correlation of neighbouring blocks that is believed at most: it makes an error three times as large; chosen.
-MOST_CORRELATED = 0.8
+# Correlation of neighbouring blocks that is believed at most: it makes an error three times as large.
+MOST_CORRELATED = NEARLY_ALL
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +62,7 @@ def block_map(data: Data) -> BlockMap:
         for joint in range(run.use.shape[1]):
             used = run.use[:, joint]
             counts = np.bincount(run.blocks[used], minlength=int(run.blocks[-1]) + 1)
-            kept = np.flatnonzero(counts >= max(2.0, LEAST_FILLED * usual))
+            kept = np.flatnonzero(counts >= max(2.0, MUCH * usual))
             new = np.full(counts.size, -1, dtype=np.int64)
             new[kept] = first + np.arange(kept.size)
             number[used, joint] = new[run.blocks[used]]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
+from snakebot.diagnosis.sizes import NEARLY_ALL
 from snakebot.robust import MAD_TO_STD
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
@@ -32,7 +33,6 @@ WAKE_UP_S = 0.05
 MORE_THAN_A_STEP = 1.5
 # Without a row, above which it is not known where a joint was meanwhile, s; chosen.
 HOLE_S = 0.1
-USUAL = 0.8  # quantile of the steps in time that is the usual one, however unevenly a log was sampled; chosen
 # Time constants (or lengths of the hole, if it is short) after which a servo has settled; chosen: 0.7 % of a step is
 # left. Of the stated servo, since what follows a hole is compared with its prediction.
 SETTLED = 5.0
@@ -222,7 +222,7 @@ def holes(t_s: Floats, least_s: float = 0.0) -> Ints:
 
 
 def _usual_step_s(t_s: Floats) -> float:
-    return float(np.quantile(np.diff(t_s), USUAL))
+    return float(np.quantile(np.diff(t_s), NEARLY_ALL))  # the usual one, however unevenly it was sampled
 
 
 def _after_holes(t_s: Floats, time_constant_s: float) -> Bools:

@@ -9,9 +9,7 @@ import numpy as np
 
 from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.blocks import few_stretches, marked
-from snakebot.diagnosis.evidence.data import (
-    Data,
-)
+from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.repeats import RepeatDifference, RepeatedPair
 from snakebot.diagnosis.sizes import MOST_TOLD, OUTSTANDING
 from snakebot.in_words import numbered

@@ -9,12 +9,7 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import marked
-from snakebot.diagnosis.evidence.data import (
-    MIN_SAMPLES,
-    UNLIKE,
-    Data,
-    PreparedRun,
-)
+from snakebot.diagnosis.evidence.data import MIN_SAMPLES, UNLIKE, Data, PreparedRun
 from snakebot.diagnosis.evidence.disturbances import Disturbance, disturbance, disturbed, in_words
 from snakebot.diagnosis.evidence.repeats import (
     RepeatDifference,
@@ -22,14 +17,10 @@ from snakebot.diagnosis.evidence.repeats import (
     doubt_warning,
     repeated_pairs,
 )
-from snakebot.diagnosis.sizes import CLEARLY_MORE, LITTLE, OUTSTANDING
+from snakebot.diagnosis.sizes import CLEARLY_MORE, LITTLE, NEARLY_ALL, NEXT_TO_NOTHING, OUTSTANDING
 from snakebot.robust import MAD_TO_STD
 
-# Share of the blocks, those that differ most between repeats, that is left out of the floor; chosen.
-TRIM = 0.05
 FEWEST_EVEN = 12  # samples of a joint in a run, below which they are not asked for their white noise; chosen
-# White noise at least, over the root mean square of the clipped differences: a median may be small by chance; chosen.
-LEAST_OF_RMS = 0.8
 # To which two logs must begin alike for their motions over ground to be compared, s; chosen.
 SAME_TIME_S = 0.02
 
@@ -138,7 +129,7 @@ def _by_block(run: PreparedRun, difference: RepeatDifference) -> tuple[Ints, Flo
 
 def _trimmed_root(squares: Floats) -> float:
     ordered = np.sort(squares)
-    kept = ordered[: max(1, int(np.ceil(ordered.size * (1 - TRIM))))]
+    kept = ordered[: max(1, int(np.ceil(ordered.size * (1 - NEXT_TO_NOTHING))))]
     return float(np.sqrt(kept.mean()))
 
 
@@ -171,7 +162,8 @@ def white_noise(data: Data, joint: int) -> float:
     return float(
         max(
             MAD_TO_STD * np.median(np.abs(calm)),
-            LEAST_OF_RMS * np.sqrt(np.mean(np.square(_clip(calm)))),
+            NEARLY_ALL  # a median may be small by chance
+            * np.sqrt(np.mean(np.square(_clip(calm)))),
             least,
         )
     )

@@ -9,9 +9,7 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import mean_difference
-from snakebot.diagnosis.evidence.data import (
-    MIN_SAMPLES,
-)
+from snakebot.diagnosis.evidence.data import MIN_SAMPLES
 from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEARLY_MORE, NEXT_TO_NOTHING

@@ -19,16 +19,16 @@ from snakebot.smoothing import smoothed
 
 if TYPE_CHECKING:
     from snakebot.physics import ChainModel
-
+from snakebot.diagnosis.sizes import HALF, LITTLE, MUCH
 
 SUBSTEPS = 5  # that a sample's interval is cut into at least, for the motion between samples; chosen
 # How far apart the steps are at most, s. Measured with a servo of 30 ms behind set-points at 50 Hz: steps of 4 ms give
 # another ripple altogether, steps of 2 ms the same within a fifth.
 SUBSTEP_S = 0.001
-ADDED_SPREAD = 0.5  # standard deviation of the shares of ripple and noise, which are never negative; chosen
-# Standard deviation of the ripple's share from run to run: a servo smooths a slow motion more than a fast one; chosen.
-RIPPLE_SPREAD = 0.25
-RIPPLE_SHAPE = 0.1  # share of the ripple by which that of a sound servo differs from window to window; chosen
+ADDED_SPREAD = HALF  # standard deviation of the shares of ripple and noise, which are never negative
+# Standard deviation of the ripple's share from run to run: a servo smooths a slow motion more than a fast one.
+RIPPLE_SPREAD = MUCH
+RIPPLE_SHAPE = LITTLE  # share of the ripple by which that of a sound servo differs from window to window
 
 
 @dataclass(frozen=True, eq=False)

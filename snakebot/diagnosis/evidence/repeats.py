@@ -14,24 +14,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.evidence.data import (
-    FEWEST_TO_COMPARE,
-    MIN_SAMPLES,
-    QUARTERS,
-    Data,
-    PreparedRun,
-)
+from snakebot.diagnosis.evidence.data import FEWEST_TO_COMPARE, MIN_SAMPLES, QUARTERS, Data, PreparedRun
 from snakebot.diagnosis.evidence.operators import play
-from snakebot.diagnosis.sizes import BEYOND_CHANCE, HALF, MOST_TOLD, OUTSTANDING
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, HALF, MOST_TOLD, MUCH, NEARLY_ALL, OUTSTANDING
 from snakebot.in_words import numbered
 from snakebot.runlog.matching.motion import same_motion
 
 FEWEST_COMPARED = 24  # samples, below which nothing is said about what a difference depends on; chosen
-PREDICTED = 0.8  # share of a difference that the motion must predict, for a change of the robot; chosen
 # Mean square of the predicted part over that of the runs' gaps, under which it hides none of them; chosen.
 LEAST_OF_GAP = 0.02
-# Share of the mean square of a gap, above which what changes in it, or is left of it, is much of it; chosen.
-MUCH_OF_GAP = 0.25
 # Usual steps in time, that lost readings are interpolated over at most; chosen. Fewer than ``ticks.LONGEST_BRIDGED``,
 # which is for set-points: they lie on a smooth curve, and what readings differ by is told from their noise.
 MOST_BRIDGED = 4.0
@@ -161,7 +152,7 @@ def _with_prediction(
     predicted = _predicted_by_motion(regressors, left, strokes)
     size = float(np.square(predicted).mean())
     share = 1 - float(np.square(left - predicted).sum()) / max(float(np.square(left).sum()), 1e-300)
-    if share < PREDICTED or 0.5 * size < (BEYOND_CHANCE * white_rad) ** 2:
+    if share < NEARLY_ALL or 0.5 * size < (BEYOND_CHANCE * white_rad) ** 2:
         return one
     gap_a = a.measured_rad[rows, joint] - reading[rows]
     gap_b = gap_a - one.rad + reading[rows] - np.interp(a.t_s[rows] + shift_s, b.t_s, nominal[1][:, joint])
@@ -207,7 +198,7 @@ def _with_changes(data: Data, pairs: list[RepeatedPair]) -> list[RepeatedPair]:
             usual[joint] = np.median(list(least.values()))
 
     def change(d: RepeatDifference) -> bool:
-        if d.of_gap > MUCH_OF_GAP:
+        if d.of_gap > MUCH:
             return True
         return d.of_gap > LEAST_OF_GAP and d.predicted_rad > OUTSTANDING * usual[d.joint]
 

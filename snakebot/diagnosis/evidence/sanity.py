@@ -9,12 +9,7 @@ import numpy as np
 
 from snakebot.analysis.channels import doubts_of_runs
 from snakebot.analysis.standstill import standstill_lines
-from snakebot.diagnosis.evidence.data import (
-    FEWEST_FOR_DELAY,
-    MIN_SAMPLES,
-    Data,
-    repeated,
-)
+from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, MIN_SAMPLES, Data, repeated
 from snakebot.diagnosis.sizes import HALF, OUTSTANDING
 from snakebot.errors import BadInputError
 from snakebot.runlog import Run, Session

@@ -13,16 +13,12 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
-from snakebot.diagnosis.evidence.data import (
-    MORE_THAN_A_STEP,
-    Data,
-)
+from snakebot.diagnosis.evidence.data import MORE_THAN_A_STEP, Data
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.repeats import MUCH_OF_GAP
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.evidence.ticks import is_slow, row_s
 from snakebot.diagnosis.evidence.tolerance import ShiftLimits
-from snakebot.diagnosis.sizes import CLEARLY_MORE
+from snakebot.diagnosis.sizes import CLEARLY_MORE, MUCH
 
 TICKS_S = (0.05, 0.02, 0.01, 0.005, 0.002)  # intervals of set-points that are tried, s; chosen
 SLOW_GAP_RATIO = 3.0  # mean square over the allowed one, from which on a joint has a gap in a run; chosen
@@ -78,7 +74,7 @@ def _closes(angles: AngleEvidence, held: Floats, made: Floats) -> bool:
                 continue
             gaps += 1
             before, after = (max(float((s[rows] - allowed[rows]).mean()), 0.0) for s in (held, made))
-            closed += after <= MUCH_OF_GAP * before
+            closed += after <= MUCH * before
     return gaps > 0 and closed >= SHARE_OF_GAPS * gaps
 
 

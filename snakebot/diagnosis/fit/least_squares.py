@@ -28,6 +28,7 @@ from snakebot.diagnosis.fit.step import (
     sandwich,
     to_scale,
 )
+from snakebot.diagnosis.sizes import HALF, LITTLE, SOME
 
 # Iterations of a fit that is to be short: each is costly, or it only prepares or mends another fit; chosen.
 FEWEST_STEPS = 5
@@ -39,12 +40,9 @@ NEGLIGIBLE = 1e-4
 COSTLY_FALL = 1e-3
 DAMPING = 1e-3  # of a first step, share of the curvature; chosen
 LESS_DAMPING, MORE_DAMPING = 0.2, 8.0  # factors on it after a step that lowered the cost, or did not; chosen
-# Share of a step that did not lower the cost, that is tried next: where a parabola through what is known of the cost
-# along it has its minimum, within these; chosen, as usual (Nocedal and Wright 2006, section 3.5).
-SHORTEST, LONGEST = 0.1, 0.5
 # The same of the steps to a minimum near by that are tried, each if that before it did not lower the cost: in one
 # dimension the whole step, two thirds, a fifth and a thirtieth of it; chosen.
-DAMPED_MORE = (DAMPING, 0.5, 4.0, 32.0)
+DAMPED_MORE = (DAMPING, *(HALF * MORE_DAMPING**k for k in range(SOME - 1)))
 MOST_DAMPING = 1e5  # beyond which a unit is done: its steps have no length any more; chosen
 # Allowed spread over the mean square of the residual, that makes the cost a sum of squares; chosen.
 WIDE = 30.0
@@ -214,12 +212,13 @@ def approach(problem: Problem, start: Floats) -> Floats:
 
 def _shorter(promise: Floats, rise: Floats) -> tuple[Floats, Floats]:
     """(U,) shares of steps to take next, which promised to lower the cost by ``promise`` and raised it by ``rise``; and
-    (U,) what the best shares promise.
+    (U,) what the best shares promise: where a parabola through what is known of the cost along the step has its
+    minimum, but from a little to half of it, as usual (Nocedal and Wright 2006, section 3.5).
     """
     known = np.isfinite(promise) & np.isfinite(rise)
     slope = np.where(known, 2 * promise, 0.0)
     least = 0.5 * slope / np.maximum(slope + np.where(known, rise, 1.0), 1e-300)
-    return np.clip(least, SHORTEST, LONGEST), np.where(known, 0.5 * slope * np.minimum(least, 1.0), np.inf)
+    return np.clip(least, LITTLE, HALF), np.where(known, 0.5 * slope * np.minimum(least, 1.0), np.inf)
 
 
 def multi_start(

@@ -28,16 +28,13 @@ from snakebot.diagnosis.proposal.separation import (
     lead_of,
     times_noise,
 )
-from snakebot.diagnosis.result import (
-    NextExperiment,
-)
+from snakebot.diagnosis.result import NextExperiment
 from snakebot.diagnosis.search.rounds import LOOKED_AT
-from snakebot.diagnosis.sizes import LOWEST, NEXT_TO_NOTHING
+from snakebot.diagnosis.sizes import LOWEST, NEXT_TO_NOTHING, SOME
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
 __all__ = ["Proposal", "motion_of", "propose"]
 
-MOST_COMPARED = 4  # explanations that are compared; chosen
 
 RivalPair = tuple[int, int]
 
@@ -71,7 +68,7 @@ def propose(evidence: Evidence, rivals: Sequence[Trial], probability: float) -> 
     Args:
         probability: that one of them is right.
     """
-    rivals = rivals[:MOST_COMPARED]
+    rivals = rivals[:SOME]
     if len(rivals) < 2:
         return Proposal(None, None)
     acted = {j + 1 for r in rivals for j in acted_joints(r.hypothesis, evidence.data.joints)}

@@ -15,18 +15,11 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.trial import ROUGH_STEPS
-from snakebot.diagnosis.proposal.separation import (
-    SimulatedMotion,
-    block_means,
-    block_numbers,
-    bounded,
-    shift,
-)
-from snakebot.diagnosis.sizes import LITTLE, NEXT_TO_NOTHING, OFF
+from snakebot.diagnosis.proposal.separation import SimulatedMotion, block_means, block_numbers, bounded, shift
+from snakebot.diagnosis.sizes import LITTLE, MUCH, NEXT_TO_NOTHING, OFF
 from snakebot.effects.spec import EffectSpec
 
 NEAR = 0.3  # lead under which the rival is refitted, from where it is; chosen
-PRIOR_STEP = 0.25  # share of the prior's spread by which a parameter is stepped; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +69,7 @@ def _turns_of(
     hypothesis, theta, out = made.hypothesis, made.theta, []
     box = Box.of(hypothesis.parameters)
     for i, parameter in enumerate(hypothesis.parameters):
-        size = PRIOR_STEP * parameter.spread * (abs(theta[i]) if parameter.scale == "log" else 1.0)
+        size = MUCH * parameter.spread * (abs(theta[i]) if parameter.scale == "log" else 1.0)
         step = size if theta[i] + size <= box.upper[i] else -min(size, theta[i] - box.lower[i])
         if step == 0.0:
             continue
@@ -85,7 +78,7 @@ def _turns_of(
         rows = []
         for motion, angle, ground in zip(motions, made.angle, made.ground, strict=True):
             other, over = motion.shown(hypothesis.specs(moved))
-            scale = size / (PRIOR_STEP * step)
+            scale = size / (MUCH * step)
             way = None if over is None or ground is None else (over - ground) * scale
             rows.append(((other - angle) * scale, way))
         out.append(tuple(rows))

@@ -10,9 +10,10 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial
+from snakebot.diagnosis.sizes import HALF
 from snakebot.effects.effect import Start
 
-SIZE_BESIDE = 0.5  # of an effect beside others, share of its size where it is alone; chosen
+SIZE_BESIDE = HALF  # of an effect beside others, share of its size where it is alone
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,10 +22,9 @@ from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, first_runs, run_trial
 from snakebot.diagnosis.search.candidate import SIZE_BESIDE, Candidate, scaled
 from snakebot.diagnosis.search.rounds import FOLLOWED_UP, held_out, ranked
-from snakebot.diagnosis.sizes import LITTLE
+from snakebot.diagnosis.sizes import LITTLE, SOME
 
 MOST_SINGLES = 24  # effects that pairs are made of, those that leave least; chosen
-MOST_PAIRS = 4  # pairs that are fitted; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +99,7 @@ def _most_promising(marks: Sequence[_Mark], left: Floats) -> list[Candidate]:
         candidate = of_names.setdefault(frozenset(hypothesis.names), Candidate(hypothesis, []))
         if candidate.hypothesis == hypothesis and len(candidate.starts) < FOLLOWED_UP:
             candidate.starts.append(start)
-    return list(of_names.values())[:MOST_PAIRS]
+    return list(of_names.values())[:SOME]
 
 
 def _apart(one: Term, other: Term) -> bool:

@@ -13,7 +13,7 @@ from snakebot.diagnosis.search.acceptance import as_good, closes_nearly_as_much
 from snakebot.diagnosis.search.candidate import start_values
 from snakebot.diagnosis.search.candidates import kinds
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.search.rounds import MANY_TERMS
+from snakebot.diagnosis.search.rounds import MOST_EFFECTS
 from snakebot.effects.effect import Start, Usual
 from snakebot.effects.spec import EffectSpec
 
@@ -65,7 +65,7 @@ def _shared(evidence: Evidence, best: Trial) -> Trial:
 
     Joints that differ in many effects are not alike in one of them: there nothing would be said more plainly.
     """
-    if len(best.hypothesis.terms) > MANY_TERMS:
+    if len(best.hypothesis.terms) > MOST_EFFECTS:
         return best
     for term in best.hypothesis.terms:
         if not term.own:

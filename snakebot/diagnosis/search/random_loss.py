@@ -16,11 +16,7 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.blocks import mean_difference
-from snakebot.diagnosis.evidence.data import (
-    FEWEST_FOR_DELAY,
-    Data,
-    link_is_clean,
-)
+from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, Data, link_is_clean
 from snakebot.diagnosis.evidence.floor import Floor
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
@@ -29,15 +25,15 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.fit.uncertainty import interval, standard_errors
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.search.search import MOST_EFFECTS, SearchResult
-from snakebot.diagnosis.sizes import CLEAR_SE, CLEARLY_MORE, HALF, LITTLE
+from snakebot.diagnosis.search.rounds import MOST_EFFECTS
+from snakebot.diagnosis.search.search import SearchResult
+from snakebot.diagnosis.sizes import CLEAR_SE, CLEARLY_MORE, HALF, LITTLE, MUCH
 from snakebot.effects.registry import find_effect
 
 # After which a lost set-point is forgotten, s; chosen. A lag at which a correlation is looked at, not a time that is
 # left out, as ``repeats.FORGOTTEN_S`` is: the two need not be alike.
 MEMORY_S = 0.35
-START_PROBABILITIES = (0.1, 0.3, 0.6)  # of losing a set-point, from which a fit starts; chosen
-MOST_MEMORY = 0.25  # correlation that may be left after ``MEMORY_S``; chosen
+START_PROBABILITIES = (LITTLE, MUCH, HALF)  # of losing a set-point, from which a fit starts
 
 
 def with_random_loss(
@@ -134,7 +130,7 @@ class RandomDelay:
 
     @property
     def evident(self) -> bool:
-        return self.share > HALF and abs(self.memory) < MOST_MEMORY
+        return self.share > HALF and abs(self.memory) < MUCH
 
 
 def unsteady(floor: Floor) -> bool:

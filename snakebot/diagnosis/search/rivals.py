@@ -20,7 +20,7 @@ from snakebot.diagnosis.search.candidates import candidates, kinds
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rounds import (
     HELD_OUT,
-    MANY_TERMS,
+    MOST_EFFECTS,
     Round,
     called_for,
     first_looks,
@@ -53,7 +53,7 @@ def rivals(
         without: ``best`` without each of its terms; empty: as yet unknown.
     """
     likely = _added(sorted(fits, key=lambda t: -t.fitted_score(evidence.scoring)))[
-        : MOST_RIVALS if len(best.hypothesis.terms) <= MANY_TERMS else HELD_OUT
+        : MOST_RIVALS if len(best.hypothesis.terms) <= MOST_EFFECTS else HELD_OUT
     ]
     nearest: dict[str, list[Effect]] = {}  # by effect, what else to try where it is on another joint
     out = []

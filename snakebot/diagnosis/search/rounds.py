@@ -25,20 +25,18 @@ from snakebot.diagnosis.search.candidate import Candidate, added, start_values
 from snakebot.diagnosis.search.candidates import candidates, kinds
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.outlook import promising
-from snakebot.diagnosis.sizes import HALF, LITTLE
+from snakebot.diagnosis.sizes import HALF, LITTLE, MUCH
 from snakebot.effects import registry
 from snakebot.effects.effect import Effect
 
-# Share of what the best gains, or leaves of the gap, by which another may be worse to do nearly as well; chosen.
-NEARLY = 0.25
 # Of what a first look promises most of, effects or motions, how many are looked at closer; chosen.
 LOOKED_AT = 6
 # Fits that are cross-validated at least, and at most where only the best of them is needed; chosen.
 HELD_OUT = 3
 FOLLOWED_UP = 2  # fits, the first of some, that are gone after where the best may not be first; chosen
-# Terms of an explanation; where it has more, or gets one more, not all are fitted again, nor all rivals and orders of
-# them tried; chosen.
-MANY_TERMS = 3
+# Different effects in an explanation, but for everyday ones; chosen. With more terms, or one more, it takes long: not
+# all are fitted again, nor all rivals and orders of them tried.
+MOST_EFFECTS = 3
 
 
 class Round(NamedTuple):
@@ -101,7 +99,7 @@ def _promise_most(
     """The fits that gain most, and those that gain nearly as much."""
     reached = [scoring.gain(t.fitted_square, base.fitted_square).mean for t in fits]
     order = np.argsort(reached, kind="stable")[::-1]
-    near = [i for i in order if reached[i] >= (1 - NEARLY) * reached[order[0]]]
+    near = [i for i in order if reached[i] >= (1 - MUCH) * reached[order[0]]]
     kept = list(dict.fromkeys([*order[:fewest], *near]))[:most]
     return [fits[i] for i in kept if reached[i] > 0]
 
@@ -119,7 +117,7 @@ def _leave_least(
         if left[fit] < HALF * left[base] or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0:
             least.setdefault(fit.hypothesis, fit)
     first = list(least.values())[:FOLLOWED_UP]
-    enough = (1 + NEARLY) * left[first[0]] if first else 0.0
+    enough = (1 + MUCH) * left[first[0]] if first else 0.0
     if any(left[fit] <= enough for fit in chosen):
         return []
     return [fit for fit in first if left[fit] <= enough]
@@ -140,7 +138,7 @@ def called_for(evidence: Evidence, base: Trial, effects: Sequence[Effect]) -> li
 
 def _says_much(base: Trial) -> bool:
     """Whether an explanation has so many terms or parameters that to fit them all again takes long."""
-    return len(base.hypothesis.terms) >= MANY_TERMS or base.theta.size >= MANY_PARAMETERS
+    return len(base.hypothesis.terms) >= MOST_EFFECTS or base.theta.size >= MANY_PARAMETERS
 
 
 def first_looks(evidence: Evidence, made: Sequence[Candidate], base: Trial | None = None) -> list[Trial]:

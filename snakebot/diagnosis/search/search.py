@@ -41,6 +41,7 @@ from snakebot.diagnosis.search.rivals import rivals
 from snakebot.diagnosis.search.rounds import (
     FOLLOWED_UP,
     LOOKED_AT,
+    MOST_EFFECTS,
     Round,
     explore,
     first_looks,
@@ -50,7 +51,6 @@ from snakebot.diagnosis.search.rounds import (
 from snakebot.diagnosis.search.wear import with_wear
 from snakebot.diagnosis.sizes import HALF
 
-MOST_EFFECTS = 3  # different effects in an explanation; chosen
 MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, and one more; chosen
 
 

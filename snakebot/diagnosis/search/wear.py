@@ -19,18 +19,13 @@ from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.fold_fits import NEAR_STEPS
 from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, linearised, minimise, wide_allowance
 from snakebot.diagnosis.fit.trial import COSTLY_STEPS, Trial, run_trial_against
-from snakebot.diagnosis.search.acceptance import (
-    LEAST_GAIN,
-    excess,
-    excess_as_fitted,
-    may_be_named,
-)
+from snakebot.diagnosis.search.acceptance import LEAST_GAIN, excess, excess_as_fitted, may_be_named
 from snakebot.diagnosis.search.bench import Bench, Wear, as_wide_as, gain_on_joint, start_on
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.everyday import all_but, everyday_terms, is_one_of, takes_a_place
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.search.rounds import FOLLOWED_UP, NEARLY, ranked
-from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE
+from snakebot.diagnosis.search.rounds import FOLLOWED_UP, ranked
+from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE, MUCH
 
 
 def with_wear(
@@ -80,7 +75,7 @@ def _faults(
 
     def does_well(trial: Trial) -> bool:
         peers = (left[t] for t in left if len(t.hypothesis.terms) == len(trial.hypothesis.terms))
-        return left[trial] < min((1 - LITTLE) * gap_square, (1 + NEARLY) * min(peers))
+        return left[trial] < min((1 - LITTLE) * gap_square, (1 + MUCH) * min(peers))
 
     others = [t for t in nearest.values() if t.hypothesis.terms != fault and does_well(t)][:FOLLOWED_UP]
     return [first, *others] if fault else others

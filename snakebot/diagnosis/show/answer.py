@@ -5,11 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sqrt
 
-from snakebot.diagnosis.result import (
-    AngleClosure,
-    Cause,
-    Diagnosis,
-)
+from snakebot.diagnosis.result import AngleClosure, Cause, Diagnosis
 from snakebot.diagnosis.show import certainty
 from snakebot.diagnosis.show.named import (
     cause_sentence,

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from snakebot.diagnosis.result import (
-    Cause,
-    Diagnosis,
-    RankingEntry,
-)
+from snakebot.diagnosis.result import Cause, Diagnosis, RankingEntry
 from snakebot.diagnosis.show.named import effect_title, explanation, joint_count, runs_in_words
 from snakebot.diagnosis.sizes import HALF, LIKELY, NEXT_TO_NOTHING, SURE
 from snakebot.in_words import listed

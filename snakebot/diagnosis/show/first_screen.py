@@ -4,17 +4,9 @@ from __future__ import annotations
 
 from math import degrees
 
-from snakebot.diagnosis.result import (
-    Diagnosis,
-)
+from snakebot.diagnosis.result import Diagnosis
 from snakebot.diagnosis.show import answer, certainty
-from snakebot.diagnosis.show.named import (
-    effect_of,
-    joint_count,
-    share_in_words,
-    stages_in_words,
-    values_of,
-)
+from snakebot.diagnosis.show.named import effect_of, joint_count, share_in_words, stages_in_words, values_of
 from snakebot.diagnosis.show.words import VERDICTS
 from snakebot.diagnosis.sizes import NO_PERCENT
 from snakebot.effects.telling import joints_in_words

@@ -7,12 +7,7 @@ import re
 from collections.abc import Sequence
 from math import degrees
 
-from snakebot.diagnosis.result import (
-    Cause,
-    Diagnosis,
-    GapStage,
-    RankingEntry,
-)
+from snakebot.diagnosis.result import Cause, Diagnosis, GapStage, RankingEntry
 from snakebot.diagnosis.sizes import NO_PERCENT
 from snakebot.effects.effect import Effect
 from snakebot.effects.parameter import Parameter

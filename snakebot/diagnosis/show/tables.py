@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-from snakebot.diagnosis.result import (
-    BudgetEntry,
-    Diagnosis,
-    RankingEntry,
-    StatedNumber,
-)
+from snakebot.diagnosis.result import BudgetEntry, Diagnosis, RankingEntry, StatedNumber
 from snakebot.diagnosis.show.named import (
     cause_name,
     effect_of,

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from snakebot.diagnosis.result import (
-    Diagnosis,
-)
+from snakebot.diagnosis.result import Diagnosis
 from snakebot.diagnosis.show import answer, certainty
 from snakebot.diagnosis.show.named import (
     cause_name,

@@ -7,16 +7,11 @@ from __future__ import annotations
 
 import math
 
-from snakebot.diagnosis.result import (
-    Cause,
-    Estimate,
-)
-from snakebot.diagnosis.sizes import HALF, NO_PERCENT
+from snakebot.diagnosis.result import Cause, Estimate
+from snakebot.diagnosis.sizes import HALF, NO_PERCENT, UNLIKELY
 from snakebot.diagnosis.verdict.probability import at_most
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect
-
-MOST_AT_END = 0.3  # highest probability of such a cause: likelier wrong than right; chosen
 
 
 def at_end(cause: Cause) -> str | None:
@@ -35,7 +30,7 @@ def at_end(cause: Cause) -> str | None:
 
 def held_back(cause: Cause) -> Cause:
     """The cause, with no more probability than one at its end may have."""
-    return cause if at_end(cause) is None else at_most(cause, MOST_AT_END)
+    return cause if at_end(cause) is None else at_most(cause, UNLIKELY)
 
 
 def _asks_for_more(parameter: Parameter, estimate: Estimate) -> bool:

@@ -20,16 +20,14 @@ from snakebot.diagnosis.evidence.data import MIN_SAMPLES
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial, trial_at
-from snakebot.diagnosis.result import (
-    Cause,
-)
+from snakebot.diagnosis.result import Cause
 from snakebot.diagnosis.sizes import BEYOND_CHANCE, NEXT_TO_NOTHING
 from snakebot.diagnosis.verdict.joints import joints_of
 from snakebot.in_words import numbered
 
 # Rms of the curve over that of what an explanation changes, from which on it tells. Measured: 0 to 2 % in robots whose
 # offset or gain is named rightly, 9 to 18 % in those with an eccentric code wheel (docs/diagnosis-method.md).
-LEAST_BEND = 0.05
+LEAST_BEND = NEXT_TO_NOTHING
 MOST_WHERE_BENT = 0.2  # highest probability of a straight cause where the rest bends: likelier wrong; chosen
 
 

@@ -22,16 +22,11 @@ from snakebot.diagnosis.evidence.data import FEWEST_TO_COMPARE
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.fit_runs import ground_residuals
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import (
-    BudgetEntry,
-    Cause,
-)
-from snakebot.diagnosis.search.rounds import MANY_TERMS
-from snakebot.diagnosis.sizes import LITTLE, NEXT_TO_NOTHING
+from snakebot.diagnosis.result import BudgetEntry, Cause
+from snakebot.diagnosis.search.rounds import MOST_EFFECTS
+from snakebot.diagnosis.sizes import LITTLE, NEXT_TO_NOTHING, SOME
 from snakebot.diagnosis.verdict.closure import DRAWS, ends_of_95_percent
 from snakebot.effects.spec import EffectSpec
-
-SOME_ORDERS = 4  # orders of more causes that are tried, each forwards and backwards; chosen
 
 Coalition = frozenset[int]
 Squares = Callable[[Coalition], Floats]
@@ -265,8 +260,8 @@ def _give_back(
 
 
 def _orders(count: int, seed: int) -> list[tuple[int, ...]]:
-    if count <= MANY_TERMS:
+    if count <= MOST_EFFECTS:
         return list(permutations(range(count)))
     rng = np.random.default_rng(seed)
-    some = [tuple(int(i) for i in rng.permutation(count)) for _ in range(SOME_ORDERS)]
+    some = [tuple(int(i) for i in rng.permutation(count)) for _ in range(SOME)]
     return [*some, *(order[::-1] for order in some)]

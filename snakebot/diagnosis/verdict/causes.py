@@ -15,17 +15,10 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
 from snakebot.diagnosis.fit.trial import Trial, run_trial, trial_at
 from snakebot.diagnosis.fit.uncertainty import interval
 from snakebot.diagnosis.options import Options
-from snakebot.diagnosis.result import (
-    BudgetEntry,
-    Cause,
-    Estimate,
-    FitEntry,
-    JointEstimate,
-    RankingEntry,
-)
+from snakebot.diagnosis.result import BudgetEntry, Cause, Estimate, FitEntry, JointEstimate, RankingEntry
 from snakebot.diagnosis.search.acceptance import lead, touched
 from snakebot.diagnosis.search.groups import degenerate, indistinguishable
-from snakebot.diagnosis.search.rounds import MANY_TERMS
+from snakebot.diagnosis.search.rounds import MOST_EFFECTS
 from snakebot.diagnosis.search.search import SearchResult, without_term
 from snakebot.diagnosis.sizes import HALF
 from snakebot.diagnosis.verdict.at_end import held_back
@@ -146,7 +139,7 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
     theta = best.hypothesis.split(best.theta)[index]
     alone = Hypothesis((term,))
     single = found.known(alone)
-    if single is None and len(best.hypothesis.terms) > MANY_TERMS:
+    if single is None and len(best.hypothesis.terms) > MOST_EFFECTS:
         single = trial_at(evidence, alone, theta)
     single = single or run_trial(evidence, alone, [theta])
     outside = [r for r in rivals if r not in group and not degenerate(best, r)]

@@ -34,7 +34,7 @@ from snakebot.diagnosis.result import (
     Unexplained,
     Where,
 )
-from snakebot.diagnosis.search.rounds import MANY_TERMS
+from snakebot.diagnosis.search.rounds import MOST_EFFECTS
 from snakebot.diagnosis.search.search import SearchResult
 from snakebot.diagnosis.sizes import HALF
 from snakebot.diagnosis.verdict.budget import angle_budget, by_share, ground_budget, of_causes
@@ -165,7 +165,7 @@ def _steps(evidence: Evidence, found: SearchResult, best: Trial) -> Steps:
         known = found.known(part)
         start = np.concatenate(best.hypothesis.split(best.theta)[:count])
         if (
-            known is None and len(best.hypothesis.terms) > MANY_TERMS
+            known is None and len(best.hypothesis.terms) > MOST_EFFECTS
         ):  # a share of many needs no fit of its own
             known = trial_at(evidence, part, start)
         trials.append(known or run_trial(evidence, part, [start]))

@@ -11,9 +11,7 @@ from snakebot.diagnosis.evidence.gap import Gap, gap_of, hidden_gap
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.options import Options
-from snakebot.diagnosis.result import (
-    Verdict,
-)
+from snakebot.diagnosis.result import Verdict
 from snakebot.diagnosis.search.search import SearchResult
 from snakebot.diagnosis.sizes import HALF
 from snakebot.diagnosis.verdict.bend import bends_beside

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from snakebot.diagnosis.options import Options
 from snakebot.diagnosis.result import Cause
 from snakebot.diagnosis.search.plainly import comes_to
-from snakebot.diagnosis.verdict.at_end import MOST_AT_END
+from snakebot.diagnosis.sizes import UNLIKELY
 from snakebot.diagnosis.verdict.probability import at_most
 from snakebot.effects.effect import Usual
 from snakebot.effects.registry import effects, find_effect
@@ -64,7 +64,7 @@ def doubted_for_left_out(cause: Cause, usual: Usual, unnamed: Sequence[str], opt
     each of those named.
     """
     if another_word(cause, usual, options) is not None:
-        return at_most(cause, MOST_AT_END)
+        return at_most(cause, UNLIKELY)
     named = {cause.effect, *cause.indistinguishable_from}
     others = {other for name in named for other in look_alikes(name) if other in unnamed} - named
     if not others:

@@ -19,9 +19,7 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import (
-    StageShares,
-)
+from snakebot.diagnosis.result import StageShares
 from snakebot.diagnosis.sizes import NEXT_TO_NOTHING
 
 TURN_ARM_M = 0.05  # by which a turn rate becomes a speed, to be compared with one, m; chosen

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from snakebot.diagnosis.evidence.data import (
-    Data,
-)
+from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.floor import Floor
 from snakebot.diagnosis.sizes import OUTSTANDING
 from snakebot.effects.effect import Effect

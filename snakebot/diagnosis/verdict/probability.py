@@ -18,10 +18,7 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.score import ALIKE
-from snakebot.diagnosis.result import (
-    Cause,
-    RankingEntry,
-)
+from snakebot.diagnosis.result import Cause, RankingEntry
 from snakebot.diagnosis.sizes import HALF, LIKELY, LOWEST, NO_PERCENT
 
 CALIBRATION_FILE = Path(__file__).parents[1] / "calibration.json"

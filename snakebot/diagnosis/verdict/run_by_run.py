@@ -17,16 +17,12 @@ import numpy as np
 from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.repeats import MUCH_OF_GAP
 from snakebot.diagnosis.fit.fit_runs import fit_runs, shift_limits
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import FULL_STEPS, Trial
 from snakebot.diagnosis.fit.uncertainty import interval
-from snakebot.diagnosis.result import (
-    RunEstimate,
-    RunValues,
-)
-from snakebot.diagnosis.sizes import BEYOND_CHANCE
+from snakebot.diagnosis.result import RunEstimate, RunValues
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, MUCH
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect
 from snakebot.effects.telling import joints_in_words, shown, title
@@ -118,7 +114,7 @@ def run_values(evidence: Evidence, best: Trial) -> RunValues | None:
     found = [
         _told(evidence, number, own, gain)
         for (number, own), gain in zip(differ, gains, strict=True)
-        if gain > MUCH_OF_GAP
+        if gain > MUCH
     ]
     return max(
         found, key=lambda values: values.of_rest, default=None

@@ -10,9 +10,7 @@ from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import few_stretches, marked
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import (
-    Stretch,
-)
+from snakebot.diagnosis.result import Stretch
 from snakebot.diagnosis.sizes import HALF, MOST_TOLD
 from snakebot.diagnosis.verdict.rest import Rest
 from snakebot.effects.telling import joints_in_words

@@ -14,10 +14,7 @@ from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.predictor import Predictor
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.result import (
-    Cause,
-    Trace,
-)
+from snakebot.diagnosis.result import Cause, Trace
 from snakebot.diagnosis.sizes import MOST_TOLD
 from snakebot.diagnosis.verdict.budget import specs_by_run
 

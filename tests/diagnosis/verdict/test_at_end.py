@@ -7,7 +7,8 @@ from sessions import bench, make_session
 
 from snakebot.diagnosis import diagnose
 from snakebot.diagnosis.result import Cause, Estimate
-from snakebot.diagnosis.verdict.at_end import MOST_AT_END, at_end, held_back
+from snakebot.diagnosis.sizes import UNLIKELY
+from snakebot.diagnosis.verdict.at_end import at_end, held_back
 
 
 def cause(effect: str, parameters: dict[str, Estimate], probability: float = 0.9) -> Cause:
@@ -26,7 +27,7 @@ def test_a_limit_of_speed_of_next_to_nothing_is_told_and_held_back(highest: floa
     """However well it is known how little it is: most of what it may be is ruled out."""
     stuck = cause("rate_limit", {"limit_rad_s": Estimate(estimate=0.05, ci95=(0.05, highest))})
     assert "at the end of what it may be" in (at_end(stuck) or "")
-    assert held_back(stuck).probability == MOST_AT_END
+    assert held_back(stuck).probability == UNLIKELY
 
 
 @pytest.mark.parametrize(
@@ -54,5 +55,5 @@ def test_less_probability_is_not_raised() -> None:
 def test_a_joint_that_stands_is_no_slow_one() -> None:
     session = make_session(bench(), ["joint_rigid:angle_deg=-8,joints=2"])
     found = diagnose(session, exclude=["joint_rigid"], quick=True)
-    assert [(c.effect, c.probability) for c in found.causes] == [("rate_limit", MOST_AT_END)]
+    assert [(c.effect, c.probability) for c in found.causes] == [("rate_limit", UNLIKELY)]
     assert at_end(found.causes[0]) in found.warnings

@@ -9,7 +9,7 @@ from snakebot.diagnosis import diagnose
 from snakebot.diagnosis.options import Options
 from snakebot.diagnosis.result import Cause
 from snakebot.diagnosis.show.words import summary
-from snakebot.diagnosis.verdict.at_end import MOST_AT_END
+from snakebot.diagnosis.sizes import UNLIKELY
 from snakebot.diagnosis.verdict.left_out import (
     another_word,
     doubted_for_left_out,
@@ -48,7 +48,7 @@ def test_a_cause_that_comes_to_what_was_left_out_is_held_back_and_told(
 ) -> None:
     found, options = cause(specification), Options(exclude=(plain,))
     assert another_word(found, USUAL, options) == plain
-    assert doubted_for_left_out(found, USUAL, options.exclude, options).probability == MOST_AT_END
+    assert doubted_for_left_out(found, USUAL, options.exclude, options).probability == UNLIKELY
     (warning,) = told_of_left_out([], [found], USUAL, options.exclude, options)
     assert f"is, with these values, just {plain}, which was left out" in warning
 
@@ -133,7 +133,7 @@ def test_less_probability_is_not_raised() -> None:
 def test_a_constant_limit_of_speed_is_no_supply_that_falls() -> None:
     session = make_session(bench(), ["rate_limit:limit_rad_s=1.2,joints=2"])
     found = diagnose(session, exclude=["rate_limit", "torque_speed"], quick=True)
-    assert {c.effect: c.probability for c in found.causes}["voltage_sag"] == MOST_AT_END
+    assert {c.effect: c.probability for c in found.causes}["voltage_sag"] == UNLIKELY
     assert any("with these values, just a limit of speed, which" in line for line in summary(found))
 
 

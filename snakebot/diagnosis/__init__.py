@@ -4,9 +4,9 @@
 
     Session -> evidence -> fit -> search -> verdict -> proposal -> Diagnosis -> show
 
-A room imports only rooms before it. ``options`` is what a user may ask for, ``result`` the schema of the answer. A
-constant at the head of a file says its unit and where it comes from: chosen (on sessions set aside for tuning),
-measured, or by definition. Names load on first use.
+A room imports only rooms before it. ``options`` is what a user may ask for, ``result`` the schema of the answer,
+``sizes`` what is little, much or clear wherever that is asked. A constant at the head of a file says its unit and where
+it comes from: chosen (on sessions set aside for tuning), measured, or by definition. Names load on first use.
 """
 
 from __future__ import annotations

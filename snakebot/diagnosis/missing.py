@@ -10,10 +10,9 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import CLEAN_LOSS, MIN_SAMPLES, holes, motion_numbers
-from snakebot.diagnosis.evidence.sanity import MANY_BAD
 from snakebot.diagnosis.live import Experiment, starting_set
 from snakebot.diagnosis.proposal.motions import DURATION_S, known_motions
-from snakebot.diagnosis.sizes import LITTLE, MOST_TOLD, OUTSTANDING
+from snakebot.diagnosis.sizes import LITTLE, MOST_TOLD, MUCH, OUTSTANDING
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.in_words import span
@@ -212,7 +211,7 @@ def _clocks(runs: Sequence[Run], way: _Commands) -> list[Missing]:
         steps = np.diff(run.t_s)
         usual = float(np.median(steps))
         off = float(np.mean(np.abs(steps - usual) > LITTLE * usual))
-        if off > MANY_BAD:
+        if off > MUCH:
             text = (
                 f"{run.name}: {off:.0%} of the time steps are off the usual {1e3 * usual:.3g} ms by more than a tenth: "
                 "is t_s the time at which each set-point was sent, by one clock?"

@@ -27,6 +27,7 @@ from snakebot.diagnosis.proposal.menu import MenuMotion, menu
 from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S, known_motions
 from snakebot.diagnosis.proposal.separation import RATE_HZ, SimulatedMotion
 from snakebot.diagnosis.search.library import usable_effects
+from snakebot.diagnosis.sizes import MOST_TOLD
 from snakebot.effects import predict
 from snakebot.effects.effect import Effect
 from snakebot.effects.spec import parse_effect
@@ -37,7 +38,6 @@ from snakebot.runlog import Run, Session
 if TYPE_CHECKING:
     from snakebot.robot import Robot
 
-MOST_ADDED = 3  # runs that are added to a plan; chosen
 POSE_NOISE_M, HEADING_NOISE_RAD = 1e-3, math.radians(0.3)  # of a camera above the robot, m and rad; chosen
 BETWEEN_RUNS_S = 20.0  # to put the robot back, s; chosen
 EffectPair = tuple[str, str]
@@ -235,7 +235,7 @@ def _added(
         parts.append((option, frozenset(t.pair for t in ties if _parts(motions, new, t))))
     out: list[Added] = []
     gone: frozenset[EffectPair] = frozenset()
-    for _ in range(MOST_ADDED if parts else 0):
+    for _ in range(MOST_TOLD if parts else 0):
         option, pairs = max(parts, key=lambda p: (len(p[1] - gone), -p[0].lifted, -p[0].duration_s))
         if not pairs - gone:
             break

@@ -281,7 +281,7 @@ def test_lost_set_points_are_found_in_the_scatter(probability: float) -> None:
     found = diagnose(Session(robot, tuple(runs[:3])), quick=True)
     (cause,) = found.causes
     assert cause.effect == "command_loss"
-    assert cause.probability == 0.9
+    assert cause.probability == SURE
     assert cause.parameters["probability"].estimate == pytest.approx(probability, rel=0.25)
     alone = diagnose(Session(robot, (runs[0],)), quick=True)
     assert all(cause.probability <= 0.5 for cause in alone.causes)

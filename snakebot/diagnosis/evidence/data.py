@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from snakebot.runlog import Run, Session
 
 
-# Robust standard deviations off its neighbours that make a lone sample a bad reading; chosen: no noise gets there.
-SPIKE_MAD = 8.0
-SPIKE_COUNTS = 6.0  # ... and encoder counts that it must be off at least; chosen
+# Robust standard deviations off its neighbours, and encoder counts at least, that make a lone sample a bad reading;
+# chosen: no noise gets there.
+SPIKE = 8.0
 # After a servo was without power, in which its state is not known, s; chosen. Shorter than ``SETTLED`` time constants:
 # where the joint is, its readings tell; a prediction goes on from them.
 WAKE_UP_S = 0.05
@@ -41,7 +41,6 @@ BLOCK_S = 1.0  # length of a block: in it a servo and a body forget what was bef
 APPLIED_RAD = 2e-3
 # Share of a run's samples that a clean line may lose, or apply otherwise than commanded; chosen.
 CLEAN_LOSS = 0.01
-UNLIKE = 0.3  # share of the usual step in time, or value, by which another differs and is unlike it; chosen
 QUARTERS = 4  # parts of a run, or of a cycle, that are looked at each for itself; chosen
 MIN_SAMPLES = 8  # of a joint in a run, or windows over ground, below which they tell nothing; chosen
 FEWEST_TO_COMPARE = 3  # strokes, repeats, runs or windows, to know how far apart such are; chosen
@@ -128,7 +127,7 @@ def prepare(session: Session) -> Data:
 def _prepare_run(run: Run, motion: int, robot: Robot) -> tuple[PreparedRun, int]:
     t = run.t_s - run.t_s[0]
     measured = run.measured_rad.copy()
-    bad = spikes(measured, SPIKE_COUNTS * robot.rad_per_count)
+    bad = spikes(measured, SPIKE * robot.rad_per_count)
     measured[bad] = np.nan
     powered = np.isfinite(run.command_rad)
     use = np.isfinite(measured) & powered
@@ -209,7 +208,7 @@ def spikes(measured_rad: Floats, least_rad: float) -> Bools:
     read = np.isfinite(off).any(axis=0)
     scale[read] = MAD_TO_STD * np.nanmedian(np.abs(off[:, read]), axis=0)
     with np.errstate(invalid="ignore"):
-        bad[1:-1] = (np.abs(off) > np.maximum(SPIKE_MAD * scale, least_rad)) & (np.abs(off) > 2 * apart)
+        bad[1:-1] = (np.abs(off) > np.maximum(SPIKE * scale, least_rad)) & (np.abs(off) > 2 * apart)
     return bad
 
 

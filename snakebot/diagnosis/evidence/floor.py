@@ -9,7 +9,7 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import marked
-from snakebot.diagnosis.evidence.data import MIN_SAMPLES, UNLIKE, Data, PreparedRun
+from snakebot.diagnosis.evidence.data import MIN_SAMPLES, Data, PreparedRun
 from snakebot.diagnosis.evidence.disturbances import Disturbance, disturbance, disturbed, in_words
 from snakebot.diagnosis.evidence.repeats import (
     RepeatDifference,
@@ -17,10 +17,9 @@ from snakebot.diagnosis.evidence.repeats import (
     doubt_warning,
     repeated_pairs,
 )
-from snakebot.diagnosis.sizes import CLEARLY_MORE, LITTLE, NEARLY_ALL, NEXT_TO_NOTHING, OUTSTANDING
+from snakebot.diagnosis.sizes import CLEARLY_MORE, LITTLE, MUCH, NEARLY_ALL, NEXT_TO_NOTHING, OUTSTANDING
 from snakebot.robust import MAD_TO_STD
 
-FEWEST_EVEN = 12  # samples of a joint in a run, below which they are not asked for their white noise; chosen
 # To which two logs must begin alike for their motions over ground to be compared, s; chosen.
 SAME_TIME_S = 0.02
 
@@ -143,10 +142,10 @@ def white_noise(data: Data, joint: int) -> float:
     weight: list[Floats] = []
     for run in data.runs:
         use = run.use[:, joint]
-        if use.sum() < FEWEST_EVEN:
+        if use.sum() < MIN_SAMPLES:
             continue
         dt = np.diff(run.t_s)
-        even = np.abs(dt - run.period_s) < UNLIKE * run.period_s
+        even = np.abs(dt - run.period_s) < MUCH * run.period_s
         whole = use[:-3] & use[1:-2] & use[2:-1] & use[3:] & even[:-2] & even[1:-1] & even[2:]
         third = np.diff(run.measured_rad[:, joint], n=3)[whole]
         moved = np.abs(np.diff(run.command_rad[:, joint], n=3))[whole]

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 SPEED_RESOLUTION_M_S = 0.001  # of a treadmill or camera at best, m/s; chosen
 TURN_RESOLUTION_RAD_S = 0.003  # the same of a turn rate, rad/s; chosen
 SPEED_ACCURACY = 0.005  # relative error of a measured speed; chosen
-SHORTEST_S = 0.25  # of a window, below which the pose's noise is larger than what it shows, s; chosen
 # Span of the cubics through a pose, and of what the pose may lack at either end of a window, s; chosen.
 POSE_SMOOTH_S = 0.2
 NOISE_DRAWS = 8  # of the noise of a pose, to see what it does to velocities; chosen
@@ -138,7 +137,7 @@ def _windows(index: int, run: PreparedRun) -> list[Window]:
     )  # the start from rest tells of mass, but every lab starts its clock elsewhere
     course = not has_heading(run.pose)
     if run.omega_rad_s and not course:  # without headings, the sway within a cycle would pass for speed
-        length /= int(np.clip(length / SHORTEST_S, 1, QUARTERS))
+        length /= int(np.clip(length / POSE_SMOOTH_S, 1, QUARTERS))
     count = int((end - first) / length + 1e-6)
     if count < 1:
         return [Window(index, first, end, False, course=course)]

@@ -10,16 +10,12 @@ import numpy as np
 from snakebot.analysis.channels import doubts_of_runs
 from snakebot.analysis.standstill import standstill_lines
 from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, MIN_SAMPLES, Data, repeated
-from snakebot.diagnosis.sizes import HALF, OUTSTANDING
+from snakebot.diagnosis.sizes import HALF, MUCH, OUTSTANDING
 from snakebot.errors import BadInputError
 from snakebot.runlog import Run, Session
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
 LEAD_S = 0.04  # by which commands are shifted to see whether readings run ahead of them, s; chosen
-# Reading over command, times 180 / pi, within which the commands are in degrees: it is 1 for a perfect servo; chosen.
-OF_DEGREES = (0.7, 1.4)
-# Share of readings that are lost, or of steps in time that are uneven, above which a warning tells of it; chosen.
-MANY_BAD = 0.2
 MOST_LISTED = 5  # names in a line; chosen
 FEWEST_IN_ALL = 40  # samples of all runs together, below which nothing can be told; chosen
 
@@ -121,7 +117,7 @@ def _check_units(where: str, runs: Sequence[Run]) -> None:
                     "more than a full turn: are these degrees? give radians"
                 )
     slope = _slope(runs)
-    if slope is not None and OF_DEGREES[0] < np.degrees(abs(slope)) < OF_DEGREES[1]:
+    if slope is not None and HALF < np.degrees(abs(slope)) < 1 / HALF:
         raise BadInputError(
             f"{where}: the commands are {1 / abs(slope):.1f} times the readings: "
             "are the columns cmd in degrees? give radians"
@@ -157,7 +153,7 @@ def _check_readings(where: str, runs: Sequence[Run]) -> list[str]:
             )
         if lost == 1.0:
             warnings.append(f"joint {joint + 1}: no reading in any run; nothing is said about it")
-        elif lost > MANY_BAD:
+        elif lost > MUCH:
             warnings.append(f"joint {joint + 1}: {lost:.0%} of the readings are lost")
     if all(not np.isfinite(run.measured_rad).any() for run in runs):
         raise BadInputError(f"{where}: the columns enc are empty in every run: no readings to compare with")

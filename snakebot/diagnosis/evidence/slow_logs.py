@@ -14,16 +14,14 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.data import MORE_THAN_A_STEP, Data
+from snakebot.diagnosis.evidence.gap import CERTAIN_RATIO
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.evidence.ticks import is_slow, row_s
 from snakebot.diagnosis.evidence.tolerance import ShiftLimits
-from snakebot.diagnosis.sizes import CLEARLY_MORE, MUCH
+from snakebot.diagnosis.sizes import CLEARLY_MORE, HALF, MUCH
 
 TICKS_S = (0.05, 0.02, 0.01, 0.005, 0.002)  # intervals of set-points that are tried, s; chosen
-SLOW_GAP_RATIO = 3.0  # mean square over the allowed one, from which on a joint has a gap in a run; chosen
-# Share of the gaps, of a joint in a run each, that set-points between the rows must close; chosen.
-SHARE_OF_GAPS = 0.6
 
 
 def with_ticks(evidence: Evidence) -> Data | None:
@@ -46,7 +44,7 @@ def with_ticks(evidence: Evidence) -> Data | None:
         return angles.blocks.mean_square(angles.residuals(readings, shift_s))
 
     held = squares(evidence.predictor.nominal)
-    if (held <= SLOW_GAP_RATIO * angles.allowed_square).all():
+    if (held <= CERTAIN_RATIO * angles.allowed_square).all():
         return None
     best: tuple[float, Data] | None = None
     for tick_s in TICKS_S:
@@ -70,12 +68,12 @@ def _closes(angles: AngleEvidence, held: Floats, made: Floats) -> bool:
     for run in range(len(angles.data.runs)):
         for joint in range(angles.data.joints):
             rows = (blocks.run == run) & (blocks.joint == joint)
-            if not rows.any() or held[rows].mean() <= SLOW_GAP_RATIO * allowed[rows].mean():
+            if not rows.any() or held[rows].mean() <= CERTAIN_RATIO * allowed[rows].mean():
                 continue
             gaps += 1
             before, after = (max(float((s[rows] - allowed[rows]).mean()), 0.0) for s in (held, made))
             closed += after <= MUCH * before
-    return gaps > 0 and closed >= SHARE_OF_GAPS * gaps
+    return gaps > 0 and closed >= HALF * gaps
 
 
 def slow_warning(data: Data, guessed: bool) -> str:

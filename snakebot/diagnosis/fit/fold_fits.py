@@ -27,11 +27,8 @@ from snakebot.diagnosis.fit.fit_runs import (
     specs_from,
 )
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
-from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, refit
+from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, FULL_STEPS, SOME_STEPS, refit
 from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE
-
-NEAR_STEPS = 8  # iterations from where another fit ended, which is near; chosen
-FAR_STEPS = 20  # iterations from the usual value, which may be far; chosen
 
 
 def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, of_all: Fitted) -> list[Floats]:
@@ -74,7 +71,7 @@ def _near(evidence: Evidence, hypothesis: Hypothesis, of_all: Fitted) -> list[Fi
     costly |= any(term.own for term in hypothesis.terms)
     sides = (True,) if costly else (True, False)
     found = [
-        fit_runs(evidence, hypothesis, [theta], fold.fit, NEAR_STEPS, sides=sides)
+        fit_runs(evidence, hypothesis, [theta], fold.fit, SOME_STEPS, sides=sides)
         for fold in evidence.split.folds
     ]
     mine = ~of_body(hypothesis)
@@ -136,7 +133,7 @@ def _without_uninformed(
     # Under given torques a fit takes less time than to look whether it is called for.
     if not given and not _shows(evidence, hypothesis, out, start, fold.fit):
         return start
-    only, steps = ~absent, FAR_STEPS
+    only, steps = ~absent, FULL_STEPS
     if given or not meet:
         # What shares no joint with those is as well fitted as it was; over ground all go together. Under given torques
         # what goes along with the body stays, so that none needs to be simulated.

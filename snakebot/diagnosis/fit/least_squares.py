@@ -30,8 +30,9 @@ from snakebot.diagnosis.fit.step import (
 )
 from snakebot.diagnosis.sizes import HALF, LITTLE, SOME
 
-# Iterations of a fit that is to be short: each is costly, or it only prepares or mends another fit; chosen.
-FEWEST_STEPS = 5
+# Iterations of a fit; of one to the whole body, of all joints together, near the end of another or for a first look;
+# and of one of which each is costly, or that only prepares or mends another fit; chosen.
+FULL_STEPS, SOME_STEPS, FEWEST_STEPS = 30, 10, 6
 # Share that a fit neglects: of the cost, below which a fall ends the fit of a unit; of such a fall, below which a step
 # promises too little to be tried; chosen.
 NEGLIGIBLE = 1e-4

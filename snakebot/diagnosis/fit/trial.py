@@ -14,17 +14,13 @@ from snakebot.diagnosis.evidence.score import GROUND, Scoring
 from snakebot.diagnosis.fit.fit_runs import StackedAngles, fit_runs, ground_residuals, shift_limits
 from snakebot.diagnosis.fit.fold_fits import fold_thetas
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
-from snakebot.diagnosis.fit.least_squares import Fit, multi_start
+from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, FULL_STEPS, SOME_STEPS, Fit, multi_start
 from snakebot.diagnosis.fit.step import Problem
 from snakebot.diagnosis.sizes import OUTSTANDING
 from snakebot.effects.spec import EffectSpec
 
-FULL_STEPS = 30  # iterations of a fit; chosen
-FIRST_STEPS = 10  # iterations of a first look at one effect on every joint; chosen
-ROUGH_STEPS = 6  # iterations of a rough fit, each of which takes a simulation of the body; chosen
 # Readings of joints that a first look is made on, where there are more: five joints for a minute at 100 Hz; chosen.
 FIRST_SAMPLES = 30_000
-COSTLY_STEPS = 12  # iterations of a fit to the whole body, or of all effects of all joints together; chosen
 # Iterations after which such a fit is given up where it is plainly behind another explanation, and by so much held-out
 # score, a fifth of the mean square: the rest of them does not make up for that; chosen.
 FEW_STEPS, FAR_BEHIND = 3, 0.1
@@ -144,12 +140,12 @@ def run_trial(
     runs, steps = first_runs(evidence) if rough else evidence.split.free, most_steps
     specs = hypothesis.specs(starts[0]) if len(starts) else ()
     if rough and evidence.predictor.simulator.rough_needs_body(specs):
-        runs, steps = informative_runs(evidence), ROUGH_STEPS
+        runs, steps = informative_runs(evidence), FEWEST_STEPS
         last = last is None or last
     elif not rough and evidence.predictor.simulator.needs_body(specs):
-        steps = min(steps, COSTLY_STEPS)
+        steps = min(steps, SOME_STEPS)
     if rough and last:
-        steps = min(steps, FIRST_STEPS)
+        steps = min(steps, SOME_STEPS)
     count = len(hypothesis.parameters)
     only = np.arange(count) >= count - len(hypothesis.terms[-1].open) if last else None
     keep = hypothesis.followed
@@ -270,7 +266,7 @@ def each_joint(
         idle=left(stacked),
         some=stacked.spread(residual),
     )
-    return runs, multi_start(problem, starts, 1, FIRST_STEPS, covariance=False)
+    return runs, multi_start(problem, starts, 1, SOME_STEPS, covariance=False)
 
 
 def specs_of(terms: Sequence[Term], rows: Floats) -> list[EffectSpec]:

@@ -14,12 +14,11 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
-from snakebot.diagnosis.fit.trial import ROUGH_STEPS
+from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS
 from snakebot.diagnosis.proposal.separation import SimulatedMotion, block_means, block_numbers, bounded, shift
+from snakebot.diagnosis.search.groups import TOO_FAR
 from snakebot.diagnosis.sizes import LITTLE, MUCH, NEXT_TO_NOTHING, OFF
 from snakebot.effects.spec import EffectSpec
-
-NEAR = 0.3  # lead under which the rival is refitted, from where it is; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,9 +89,9 @@ def lead_over(motions: Sequence[SimulatedMotion], truth: Foreseen, rival: Forese
     # In standard deviations of its prior. Where it is off, slopes are others.
     share = _turned(motions, truth, rival)
     lead = _left(motions, truth, rival, share)
-    for _ in range(ROUGH_STEPS):
+    for _ in range(FEWEST_STEPS):
         far = bool(np.any(np.abs(share) > OFF))
-        if not (far or lead < NEAR) or not np.any(np.abs(share) > NEXT_TO_NOTHING):
+        if not (far or lead < TOO_FAR) or not np.any(np.abs(share) > NEXT_TO_NOTHING):
             break
         near = foresee(motions, rival.hypothesis, _moved(rival, share))
         share = _turned(motions, truth, near)

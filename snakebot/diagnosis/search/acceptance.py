@@ -9,7 +9,7 @@ import numpy as np
 from snakebot.arrays import Bools, Floats
 from snakebot.diagnosis.evidence.blocks import MeanDifference
 from snakebot.diagnosis.evidence.gap import Gap, gap_of
-from snakebot.diagnosis.evidence.score import Scoring
+from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.sizes import CLEAR_SE, HALF, LITTLE, NEXT_TO_NOTHING, NO_PERCENT
 from snakebot.effects.registry import find_effect
@@ -17,7 +17,6 @@ from snakebot.effects.registry import find_effect
 MOST_LEFT = 0.08  # share of the gap that what explains it may leave over beyond noise and tolerance; chosen
 # Held-out score that an effect must gain on the blocks that it changes: a tenth of their mean square; chosen.
 LEAST_GAIN = 0.05
-NO_LOSS = 0.01  # held-out score that a simpler explanation may lose and still go first; chosen
 
 
 def touched(scoring: Scoring, trial: Trial, base: Trial) -> Bools:
@@ -134,7 +133,7 @@ def closes_nearly_as_much(scoring: Scoring, plainer: Trial, best: Trial, nominal
 
 def costs_nothing(loss: MeanDifference) -> bool:
     """Whether a loss is within a standard error, or next to nothing."""
-    return loss.mean < max(loss.se, NO_LOSS)
+    return loss.mean < max(loss.se, ALIKE)
 
 
 def may_be_named(scoring: Scoring, trial: Trial, base: Trial, nominal: Trial) -> bool:

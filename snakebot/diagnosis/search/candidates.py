@@ -11,16 +11,15 @@ import numpy as np
 from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.blocks import BlockMap, mean_difference
-from snakebot.diagnosis.evidence.data import UNLIKE
 from snakebot.diagnosis.evidence.gap import beyond, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import Scoring
+from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
 from snakebot.diagnosis.fit.trial import Trial, each_joint
 from snakebot.diagnosis.search.candidate import Candidate, added, scaled, start_values
 from snakebot.diagnosis.search.ground_candidates import ground_candidates
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.sizes import LITTLE
+from snakebot.diagnosis.sizes import HALF, LITTLE, MUCH, SOME
 from snakebot.effects.effect import Effect
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import find_effect
@@ -34,12 +33,6 @@ HELPS_SE_ROUGH = 1.0
 # Score that it gains on a joint in all, above which the standard errors are not asked: what a limit does in a few
 # moments differs from one to the next by more than any noise; chosen, 20 times as likely.
 HELPS_TOTAL = 3.0
-# Score that it must gain there: 6 % of the mean square; chosen. Less than ``acceptance.LEAST_GAIN``, since it only says
-# on which joints an effect is tried: held-out gaits decide with the other whether it is accepted.
-HELPS_SCORE = 0.03
-HELPS_SHARE = 0.2  # share of what it gains on the joint it helps most, that it must gain there; chosen
-MOST_ALONE = 3  # joints tried one by one where the whole body must be simulated for each; chosen
-LARGE_SHARE = 0.4  # share of the gap of a joint that is tried alone where there are more; chosen
 START_FACTOR = 2.5  # by which a start is tried further from neutral as well, and nearer to it; chosen
 
 
@@ -193,7 +186,7 @@ def _coupled(
     subsets = [tuple(joints)]
     if joints_of_robot > len(joints) >= max(2, joints_of_robot // 2):
         subsets.append(tuple(range(joints_of_robot)))
-    alone = joints if len(joints) <= MOST_ALONE else [j for j in joints if gap.joint_shares[j] > LARGE_SHARE]
+    alone = joints if len(joints) <= SOME else [j for j in joints if gap.joint_shares[j] > HALF]
     subsets += [(j,) for j in alone] if len(joints) > 1 else []
     out = []
     for subset in subsets:
@@ -206,7 +199,7 @@ def _coupled(
 def _uneven(theta: Floats) -> bool:
     """Whether the joints want different values, so that one of them may be the only one with the effect."""
     spread = np.ptp(theta, axis=0)
-    return bool(np.any(spread > UNLIKE * np.abs(np.median(theta, axis=0))))
+    return bool(np.any(spread > MUCH * np.abs(np.median(theta, axis=0))))
 
 
 @dataclass(frozen=True)
@@ -248,11 +241,11 @@ def _block_squares(
 def helped_joints(scoring: Scoring, base: Trial, gains: Sequence[JointGain], clear_se: float) -> list[int]:
     """0-based joints with a gap, on which the gain over ``base`` is clear by so many standard errors, or large."""
     gap = gap_of(scoring, base.held_square).significant
-    least = HELPS_SHARE * max((g.total for j, g in enumerate(gains) if gap[j]), default=0.0)
+    least = MUCH * max((g.total for j, g in enumerate(gains) if gap[j]), default=0.0)
     return [
         j
         for j, g in enumerate(gains)
-        if gap[j] and (g.z > clear_se or g.total > HELPS_TOTAL) and g.mean > HELPS_SCORE and g.total > least
+        if gap[j] and (g.z > clear_se or g.total > HELPS_TOTAL) and g.mean > ALIKE and g.total > least
     ]
 
 

@@ -21,11 +21,11 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, informative_runs
 from snakebot.diagnosis.search.candidate import Candidate
-from snakebot.diagnosis.sizes import LITTLE
+from snakebot.diagnosis.sizes import LITTLE, MUCH
 
 # Shares of the change that an effect makes at a start, and multiples, beside the one of least squares, which is between
 # the first and the last: the best is what a fit might reach; chosen.
-SHARES = (0.25, 0.5, 1.0, 2.0, 4.0)
+SHARES = tuple(MUCH * 2.0**k for k in range(5))
 
 
 def promising(evidence: Evidence, base: Trial, candidates: Sequence[Candidate]) -> list[Candidate]:

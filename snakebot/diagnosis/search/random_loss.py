@@ -20,6 +20,7 @@ from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, Data, link_is_cle
 from snakebot.diagnosis.evidence.floor import Floor
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.repeats import FORGOTTEN_S
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
@@ -30,9 +31,6 @@ from snakebot.diagnosis.search.search import SearchResult
 from snakebot.diagnosis.sizes import CLEAR_SE, CLEARLY_MORE, HALF, LITTLE, MUCH
 from snakebot.effects.registry import find_effect
 
-# After which a lost set-point is forgotten, s; chosen. A lag at which a correlation is looked at, not a time that is
-# left out, as ``repeats.FORGOTTEN_S`` is: the two need not be alike.
-MEMORY_S = 0.35
 START_PROBABILITIES = (LITTLE, MUCH, HALF)  # of losing a set-point, from which a fit starts
 
 
@@ -179,7 +177,7 @@ def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
         total += float(np.square(residual)[moving].sum())
         weight += float(moving.sum()) * noise
         delay = np.where(moving, delay - delay[moving].mean(), 0.0)
-        step = max(1, round(MEMORY_S / run.period_s))
+        step = max(1, round(FORGOTTEN_S / run.period_s))
         if delay.size > 2 * step:
             lagged += float((delay[step:] * delay[:-step]).sum())
             power += float(np.square(delay[step:]).sum())

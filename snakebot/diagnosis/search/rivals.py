@@ -20,6 +20,7 @@ from snakebot.diagnosis.search.candidates import candidates, kinds
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rounds import (
     HELD_OUT,
+    LOOKED_AT,
     MOST_EFFECTS,
     Round,
     called_for,
@@ -29,8 +30,6 @@ from snakebot.diagnosis.search.rounds import (
 )
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import find_effect
-
-MOST_RIVALS = 8  # effects tried in another's place; chosen
 
 
 def rivals(
@@ -53,7 +52,7 @@ def rivals(
         without: ``best`` without each of its terms; empty: as yet unknown.
     """
     likely = _added(sorted(fits, key=lambda t: -t.fitted_score(evidence.scoring)))[
-        : MOST_RIVALS if len(best.hypothesis.terms) <= MOST_EFFECTS else HELD_OUT
+        : LOOKED_AT if len(best.hypothesis.terms) <= MOST_EFFECTS else HELD_OUT
     ]
     nearest: dict[str, list[Effect]] = {}  # by effect, what else to try where it is on another joint
     out = []

@@ -17,8 +17,9 @@ from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.fit_runs import MANY_PARAMETERS
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
+from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS
 from snakebot.diagnosis.fit.parallel import in_parallel
-from snakebot.diagnosis.fit.trial import ROUGH_STEPS, Trial, informative_runs, run_trial, run_trial_against
+from snakebot.diagnosis.fit.trial import Trial, informative_runs, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.acceptance import costs_nothing, excess_as_fitted, gains, lead
 from snakebot.diagnosis.search.candidate import Candidate, added, start_values
@@ -184,7 +185,7 @@ def _second_looks(
         evidence,
         cross=False,
         last=bool(base.hypothesis.terms),
-        most_steps=ROUGH_STEPS,
+        most_steps=FEWEST_STEPS,
         fitted_runs=informative_runs(evidence),
     )
     return in_parallel(

@@ -16,9 +16,14 @@ from snakebot.arrays import Bools, Floats
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE, Scoring
-from snakebot.diagnosis.fit.fold_fits import NEAR_STEPS
-from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, linearised, minimise, wide_allowance
-from snakebot.diagnosis.fit.trial import COSTLY_STEPS, Trial, run_trial_against
+from snakebot.diagnosis.fit.least_squares import (
+    FEWEST_STEPS,
+    SOME_STEPS,
+    linearised,
+    minimise,
+    wide_allowance,
+)
+from snakebot.diagnosis.fit.trial import Trial, run_trial_against
 from snakebot.diagnosis.search.acceptance import LEAST_GAIN, excess, excess_as_fitted, may_be_named
 from snakebot.diagnosis.search.bench import Bench, Wear, as_wide_as, gain_on_joint, start_on
 from snakebot.diagnosis.search.candidate import Candidate
@@ -114,9 +119,9 @@ def _whole(bench: Bench, library: Library) -> Whole:
     begin = start_on(bench, library)
     problem = bench.problem(every, allowed)
     wide = wide_allowance(problem, bench.residual(begin, every))
-    theta = minimise(replace(problem, allowed_square=wide), begin, COSTLY_STEPS, covariance=False).theta
+    theta = minimise(replace(problem, allowed_square=wide), begin, SOME_STEPS, covariance=False).theta
     spread = as_wide_as(bench, bench.square(bench.residual(theta, every)))
-    theta = minimise(bench.problem(every, spread), theta, NEAR_STEPS, covariance=False).theta
+    theta = minimise(bench.problem(every, spread), theta, SOME_STEPS, covariance=False).theta
     return Whole(bench, theta, bench.square(bench.residual(theta, every)))
 
 

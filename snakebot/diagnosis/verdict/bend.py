@@ -21,14 +21,13 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import Trial, trial_at
 from snakebot.diagnosis.result import Cause
-from snakebot.diagnosis.sizes import BEYOND_CHANCE, NEXT_TO_NOTHING
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, NEXT_TO_NOTHING, UNLIKELY
 from snakebot.diagnosis.verdict.joints import joints_of
 from snakebot.in_words import numbered
 
 # Rms of the curve over that of what an explanation changes, from which on it tells. Measured: 0 to 2 % in robots whose
 # offset or gain is named rightly, 9 to 18 % in those with an eccentric code wheel (docs/diagnosis-method.md).
 LEAST_BEND = NEXT_TO_NOTHING
-MOST_WHERE_BENT = 0.2  # highest probability of a straight cause where the rest bends: likelier wrong; chosen
 
 
 def bends_beside(evidence: Evidence, nominal: Trial, best: Trial) -> dict[int, float]:
@@ -106,7 +105,7 @@ def less_sure(cause: Cause, bend: float) -> Cause:
     """A straight cause, with no more probability than one beside such a bend may have."""
     return cause.model_copy(
         update={
-            "probability": min(cause.probability, MOST_WHERE_BENT),
+            "probability": min(cause.probability, UNLIKELY),
             "evidence": {**cause.evidence, "bend": round(bend, 3)},
         }
     )

@@ -20,7 +20,7 @@ from snakebot.diagnosis.search.acceptance import lead, touched
 from snakebot.diagnosis.search.groups import degenerate, indistinguishable
 from snakebot.diagnosis.search.rounds import MOST_EFFECTS
 from snakebot.diagnosis.search.search import SearchResult, without_term
-from snakebot.diagnosis.sizes import HALF
+from snakebot.diagnosis.sizes import HALF, SURE
 from snakebot.diagnosis.verdict.at_end import held_back
 from snakebot.diagnosis.verdict.bend import less_sure
 from snakebot.diagnosis.verdict.closure import angle_closure, forward_speeds, speed_closure
@@ -39,9 +39,6 @@ from snakebot.effects.effect import Effect
 from snakebot.effects.parameter import Parameter
 from snakebot.effects.registry import find_effect
 from snakebot.effects.spec import EffectSpec
-
-# Probability of a cause that is seen in the scatter, not weighed against others; chosen.
-SCATTER_PROBABILITY = 0.9
 
 
 def _named(angles: AngleEvidence, term: Term) -> Term:
@@ -155,7 +152,7 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         own=term.own,
         together=len(best.hypothesis.terms),
     )
-    seen = SCATTER_PROBABILITY if features.motions > 1 else HALF
+    seen = SURE if features.motions > 1 else HALF
     others = dict.fromkeys(t.hypothesis.terms[-1].effect if t.hypothesis.terms else "" for t in group)
     cause = Cause(
         effect=term.effect,
@@ -252,7 +249,7 @@ def noise_cause(effect: Effect, noise: EncoderScatter, joints: int) -> Cause:
         effect=effect.name,
         joints=noise.joints,
         stage=effect.stage,
-        probability=SCATTER_PROBABILITY,
+        probability=SURE,
         parameters={size.name: Estimate(estimate=noise.std_deg, ci95=noise.ci95, unit=size.unit)},
         closure_alone=None,
         specification=str(spec),

@@ -9,12 +9,13 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import MIN_SAMPLES, Data
+from snakebot.diagnosis.evidence.gap import GAP_RATIO
 from snakebot.diagnosis.result import Regime
+from snakebot.diagnosis.sizes import LITTLE
 
-REVERSAL = 0.15  # share of a joint's fastest motion, below which it is turning round; chosen
 LOAD_AXES = ("load", "angle")  # said beside another axis, the first that is clear
+REVERSAL = LITTLE  # share of a joint's fastest motion, below which it is turning round
 MOST_ROWS = 12  # of a table: explanations, or gaits of other frequencies, that are told apart; chosen
-CLEAR_RATIO = 1.35  # rms in one regime over that in another, from which on it is told; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,11 +139,11 @@ def sentence(found: Sequence[Regime], *, rest: bool = False) -> str:
 
     first = max(apart, key=lambda axis: apart[axis][0])
     ratio, high, _ = apart[first]
-    if ratio < CLEAR_RATIO:
+    if ratio < GAP_RATIO:
         return (
             f"{what} is much the same at all speeds, angles and times ({np.degrees(size(high)):.2g} deg rms)"
         )
     # where the load is not known, the angle replaces it: gravity pulls at an arm
-    others = [axis for axis in LOAD_AXES if axis in apart and axis != first and apart[axis][0] >= CLEAR_RATIO]
+    others = [axis for axis in LOAD_AXES if axis in apart and axis != first and apart[axis][0] >= GAP_RATIO]
     second = f"; {told(others[0])}" if others and first not in LOAD_AXES else ""
     return f"{what} is largest {told(first)}{second}"

@@ -18,8 +18,9 @@ from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.fit_runs import fit_runs, shift_limits
+from snakebot.diagnosis.fit.least_squares import FULL_STEPS
 from snakebot.diagnosis.fit.parallel import in_parallel
-from snakebot.diagnosis.fit.trial import FULL_STEPS, Trial
+from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.fit.uncertainty import interval
 from snakebot.diagnosis.result import RunEstimate, RunValues
 from snakebot.diagnosis.sizes import BEYOND_CHANCE, MUCH

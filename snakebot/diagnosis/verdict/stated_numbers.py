@@ -16,10 +16,11 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.fit_runs import StackedAngles, ground_residuals, shift_limits
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.result import StatedNumber
+from snakebot.diagnosis.sizes import NEARLY_ALL
 from snakebot.robot import SERVO_LAG
 from snakebot.robust import SIGMAS_95
 
-TOLD_BY_DATA = 0.7  # of the tolerance: a standard deviation below which the recordings say something; chosen
+TOLD_BY_DATA = NEARLY_ALL  # of the tolerance: a standard deviation below which the recordings say something
 GROUND_NUMBERS = ("friction.ct", "friction.cn", "link_mass_kg")  # as ``ground.tolerance_marks`` has them
 
 

@@ -12,8 +12,9 @@ from snakebot.diagnosis import diagnose
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import Evidence, gather
 from snakebot.diagnosis.fit.fit_runs import fit_runs
-from snakebot.diagnosis.fit.fold_fits import NEAR_STEPS, _without_unmet
+from snakebot.diagnosis.fit.fold_fits import _without_unmet
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.fit.least_squares import SOME_STEPS
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.search.search import only_fitted
 from snakebot.diagnosis.show.words import headline
@@ -78,7 +79,7 @@ def test_joint_angles_say_nothing_of_what_is_over_ground() -> None:
 def test_where_every_fold_sees_a_parameter_its_fit_stands() -> None:
     evidence, trial = tried(bench(1), "rate_limit:limit_rad_s=0.3", Term("rate_limit", None), 0.3)
     for fold in evidence.split.folds:
-        fit = fit_runs(evidence, trial.hypothesis, [trial.theta], fold.fit, NEAR_STEPS)
+        fit = fit_runs(evidence, trial.hypothesis, [trial.theta], fold.fit, SOME_STEPS)
         assert all(np.array_equal(trial.run_theta[i], fit.theta) for i in fold.score)
 
 

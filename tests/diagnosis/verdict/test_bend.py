@@ -11,7 +11,7 @@ from sessions import bench, make_session
 from snakebot.diagnosis import diagnose
 from snakebot.diagnosis.result import Diagnosis
 from snakebot.diagnosis.show.certainty import why
-from snakebot.diagnosis.verdict.bend import MOST_WHERE_BENT
+from snakebot.diagnosis.sizes import UNLIKELY
 from snakebot.runlog import Session
 
 QUICK_LIBRARY = (
@@ -41,7 +41,7 @@ def told(session: Session) -> Diagnosis:
 def test_a_code_wheel_off_its_centre_is_no_sure_offset(phase_rad: float) -> None:
     found = told(off_centre(make_session(bench()), 0.05, phase_rad))
     assert found.causes
-    assert all(cause.probability <= MOST_WHERE_BENT for cause in found.causes)
+    assert all(cause.probability <= UNLIKELY for cause in found.causes)
     assert any("bends with the angle" in text for text in found.warnings)
     assert found.verdict in ("partly", "unexplained")  # a rest that follows another law is no noise
     assert found.unexplained.significant

@@ -15,6 +15,7 @@ from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import gather
 from snakebot.diagnosis.show.page import page
 from snakebot.diagnosis.show.words import summary
+from snakebot.diagnosis.sizes import SURE
 from snakebot.diagnosis.verdict.noise import noisy_encoders
 from snakebot.effects import predict
 from snakebot.runlog import Session

@@ -13,7 +13,7 @@ from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.blocks import BlockMap, mean_difference
 from snakebot.diagnosis.evidence.gap import beyond, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import ALIKE, Scoring
+from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
 from snakebot.diagnosis.fit.trial import Trial, each_joint
 from snakebot.diagnosis.search.candidate import Candidate, added, scaled, start_values
@@ -33,6 +33,9 @@ HELPS_SE_ROUGH = 1.0
 # Score that it gains on a joint in all, above which the standard errors are not asked: what a limit does in a few
 # moments differs from one to the next by more than any noise; chosen, 20 times as likely.
 HELPS_TOTAL = 3.0
+# Score that it must gain there: 6 % of the mean square; chosen. Less than ``acceptance.LEAST_GAIN``, since it only says
+# on which joints an effect is tried: held-out gaits decide with the other whether it is accepted.
+HELPS_SCORE = 0.03
 START_FACTOR = 2.5  # by which a start is tried further from neutral as well, and nearer to it; chosen
 
 
@@ -245,7 +248,7 @@ def helped_joints(scoring: Scoring, base: Trial, gains: Sequence[JointGain], cle
     return [
         j
         for j, g in enumerate(gains)
-        if gap[j] and (g.z > clear_se or g.total > HELPS_TOTAL) and g.mean > ALIKE and g.total > least
+        if gap[j] and (g.z > clear_se or g.total > HELPS_TOTAL) and g.mean > HELPS_SCORE and g.total > least
     ]
 
 

@@ -61,5 +61,17 @@ def make_session(
     return Session(robot, (*runs, replace(again, repeat_of=runs[0].name)))
 
 
+def lossy_session(robot: Robot, probability: float, effects: Sequence[str] = ()) -> Session:
+    """``make_session`` of a robot that each set-point reaches by chance, each run by its own."""
+    session = make_session(robot)
+    runs = []
+    for number, run in enumerate(session.runs):
+        lost = np.random.default_rng(number).random(len(run)) < probability
+        lost[0] = False
+        arrived = run.command_rad[np.maximum.accumulate(np.where(lost, 0, np.arange(len(run))))]
+        runs.append(replace(run, measured_rad=predict(robot, effects, run.t_s, arrived).encoder_rad))
+    return replace(session, runs=tuple(runs))
+
+
 def snake() -> Robot:
     return load_robot("penn_state")

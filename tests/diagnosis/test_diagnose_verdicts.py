@@ -8,7 +8,7 @@ from dataclasses import replace
 import jsonschema
 import numpy as np
 import pytest
-from sessions import GAITS, bench, make_session, snake
+from sessions import GAITS, bench, lossy_session, make_session, snake
 
 from snakebot.diagnosis import Diagnosis, diagnose, json_schema
 from snakebot.diagnosis.evidence.data import prepare
@@ -256,14 +256,9 @@ def test_noisy_encoders_say_nothing_of_the_ground_whether_they_may_be_named_or_n
 
 def test_jumps_of_servos_that_miss_set_points_are_no_noise_of_encoders() -> None:
     """The quicker the servos, the more their readings scatter from sample to sample."""
-    robot, runs = bench(2), []
+    robot = bench(2)
     robot = robot.model_copy(update={"servo": robot.servo.model_copy(update={"time_constant_s": 0.005})})
-    for number, run in enumerate(make_session(robot).runs):
-        lost = np.random.default_rng(number).random(len(run)) < 0.5
-        lost[0] = False
-        arrived = run.command_rad[np.maximum.accumulate(np.where(lost, 0, np.arange(len(run))))]
-        runs.append(replace(run, measured_rad=predict(robot, (), run.t_s, arrived).encoder_rad))
-    session = Session(robot, tuple(runs[:3]))
+    session = Session(robot, lossy_session(robot, 0.5).runs[:3])
     data = prepare(session)
     assert noisy_encoders(data, gather(data).floor) is not None
     assert [cause.effect for cause in diagnose(session, quick=True).causes] == ["command_loss"]
@@ -272,14 +267,8 @@ def test_jumps_of_servos_that_miss_set_points_are_no_noise_of_encoders() -> None
 @pytest.mark.parametrize("probability", [pytest.param(0.1, marks=pytest.mark.slow), 0.4])
 def test_lost_set_points_are_found_in_the_scatter(probability: float) -> None:
     robot = bench(3)
-    runs = []
-    for number, run in enumerate(make_session(robot).runs):
-        lost = np.random.default_rng(number).random(len(run)) < probability
-        lost[0] = False
-        arrived = run.command_rad[np.maximum.accumulate(np.where(lost, 0, np.arange(len(run))))]
-        reading = predict(robot, (), run.t_s, arrived).encoder_rad
-        runs.append(replace(run, measured_rad=reading))
-    found = diagnose(Session(robot, tuple(runs[:3])), quick=True)
+    runs = lossy_session(robot, probability).runs
+    found = diagnose(Session(robot, runs[:3]), quick=True)
     (cause,) = found.causes
     assert cause.effect == "command_loss"
     assert cause.probability == SURE

@@ -25,6 +25,7 @@ from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.fit.uncertainty import interval, standard_errors
+from snakebot.diagnosis.search.chance import too_random
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rounds import MOST_EFFECTS
 from snakebot.diagnosis.search.search import SearchResult
@@ -64,11 +65,14 @@ def with_random_loss(
     if len(stays) == MOST_EFFECTS:
         return found
     loss = _with_loss(evidence, found.best, stays, effect.name)
-    needed = [i for at, i in enumerate(stays) if not _does_nothing(loss, at)]
+    less = {i: _with_loss(evidence, found.best, [k for k in stays if k != i], effect.name) for i in stays}
+    needed = [i for i in stays if predicts_better(evidence.angles, evidence.scoring, loss, less[i])]
     if len(needed) < len(stays):  # what took the place of a loss that had no name yet
         stays = needed
         loss = _with_loss(evidence, found.best, stays, effect.name)
     base = _base(evidence, found, stays)
+    if too_random(evidence, loss):
+        return found
     error = standard_errors(evidence, loss, tolerances=not quick)[-1]
     ends = interval(loss.hypothesis.parameters[-1], float(loss.theta[-1]), float(error))
     if ends is None or ends[0] <= 0 or not predicts_better(evidence.angles, evidence.scoring, loss, base):
@@ -113,12 +117,6 @@ def _with_loss(evidence: Evidence, best: Trial, stays: Sequence[int], effect: st
     return run_trial(evidence, kept.plus(Term(effect, None)), starts)
 
 
-def _does_nothing(trial: Trial, index: int) -> bool:
-    """Whether all that is fitted of a term came out neutral."""
-    neutral = [parameter.neutral for parameter in trial.hypothesis.terms[index].open]
-    return bool(neutral) and bool(np.allclose(trial.hypothesis.split(trial.theta)[index], neutral, atol=1e-9))
-
-
 @dataclass(frozen=True)
 class RandomDelay:
     """Share of the residual's mean square that a common delay explains beyond chance, and its memory (correlation)."""
@@ -137,7 +135,8 @@ def unsteady(floor: Floor) -> bool:
 
 
 def predicts_better(angles: AngleEvidence, scoring: Scoring, loss: Trial, base: Trial) -> bool:
-    """Whether lost set-points predict held-out angles clearly better than ``base``, without them, does.
+    """Whether lost set-points predict held-out angles clearly better than ``base``, without them or with less beside
+    them, does.
 
     Neither is helped by a shift in time here: what comes at random is no wire that is a little slower. And a gap need
     not be above the floor, which repeats that differ by chance have raised. How much they gain does not count:

@@ -24,6 +24,7 @@ from snakebot.diagnosis.options import ProgressCallback
 from snakebot.diagnosis.search.acceptance import costs_nothing, excess_as_fitted, gains, lead
 from snakebot.diagnosis.search.candidate import Candidate, added, start_values
 from snakebot.diagnosis.search.candidates import candidates, kinds
+from snakebot.diagnosis.search.chance import too_random
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.outlook import promising
 from snakebot.diagnosis.sizes import HALF, LITTLE, MUCH
@@ -63,7 +64,8 @@ def explore(evidence: Evidence, library: Library, base: Trial, progress: Progres
         progress(f"trying {wanted[count - 1].name}", 0.6 * count / len(wanted))
 
     made = in_parallel(partial(candidates, first, library, base), wanted, tell)
-    fits = first_looks(first, list(chain.from_iterable(made)), base)
+    looks = first_looks(first, list(chain.from_iterable(made)), base)
+    fits = [fit for fit in looks if not too_random(evidence, fit)]
     closer = _second_looks(evidence, library, base, fits)
     taken_for = {look.hypothesis: fit.hypothesis for look, fit in closer}
     fits = [*(look for look, _ in closer), *(t for t in fits if t.hypothesis not in taken_for)]

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sessions import bench, make_session
+from sessions import bench, lossy_session, make_session
 
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import gather
@@ -20,7 +20,7 @@ DEAD_BAND = Term("deadband", None, (("hard", 0.0),))
 
 
 def test_a_dead_band_that_only_stood_for_the_loss_goes() -> None:
-    session = make_session(bench(3), ["command_loss:probability=0.6"])
+    session = lossy_session(bench(3), 0.6)
     nominal, evidence = against_nominal(gather(prepare(session)))
     best = trial_at(evidence, Hypothesis((DEAD_BAND,)), np.array([0.4]))
     found = SearchResult(evidence, nominal, best, singles=(best,), rivals=((),), path=(nominal, best))
@@ -32,7 +32,7 @@ def test_a_dead_band_that_only_stood_for_the_loss_goes() -> None:
 
 
 def test_what_is_there_beside_the_loss_stays() -> None:
-    session = make_session(bench(3), ["command_loss:probability=0.6", "servo_offset:offset_deg=3"])
+    session = lossy_session(bench(3), 0.6, ["servo_offset:offset_deg=3"])
     nominal, evidence = against_nominal(gather(prepare(session)))
     best = trial_at(evidence, Hypothesis((Term("servo_offset", None), DEAD_BAND)), np.array([3.0, 0.4]))
     found = SearchResult(evidence, nominal, best, singles=(), rivals=((), ()), path=(nominal, best))
@@ -51,8 +51,8 @@ def test_what_is_there_beside_the_loss_stays() -> None:
 def test_a_loss_that_may_not_be_named_is_no_delay_either(
     terms: tuple[Term, ...], values: list[float], left: tuple[str, ...]
 ) -> None:
-    faults = ["command_loss:probability=0.6", *(["servo_offset:offset_deg=3"] if left else [])]
-    nominal, evidence = against_nominal(gather(prepare(make_session(bench(3), faults))))
+    faults = ["servo_offset:offset_deg=3"] if left else []
+    nominal, evidence = against_nominal(gather(prepare(lossy_session(bench(3), 0.6, faults))))
     best = trial_at(evidence, Hypothesis(terms), np.array(values))
     found = SearchResult(evidence, nominal, best, singles=(), rivals=((),) * len(terms), path=(nominal, best))
     library = usable_effects(evidence.data, over_ground=False, exclude=["command_loss"])

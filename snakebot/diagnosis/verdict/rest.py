@@ -12,7 +12,7 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.search.acceptance import MOST_LEFT
-from snakebot.diagnosis.verdict.localise import relative_angle, relative_ground
+from snakebot.diagnosis.verdict.localise import beyond_allowed
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +70,11 @@ def runs_with_gap(scoring: Scoring, shown: tuple[int, ...], trial: Trial) -> tup
 
 
 def _share(evidence: Evidence, nominal: Trial, best: Trial, rows: Bools) -> float:
-    """Share of the gap left over in some blocks: of the angles and of the ground, by how large each was against the
-    motion.
+    """Share of the gap left over in some blocks: of the angles and of the ground, by how far each was beyond what is
+    allowed.
     """
     before = gap_of(evidence.scoring, nominal.held_square, rows)
-    weights = (relative_angle(evidence.data, before), relative_ground(evidence.ground, before, nominal))
+    weights = beyond_allowed(evidence.scoring, before, nominal, rows)
     count = evidence.angles.blocks.count
     allowed = evidence.scoring.allowed_square
     total = 0.0

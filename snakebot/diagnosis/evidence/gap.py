@@ -12,7 +12,7 @@ from snakebot.diagnosis.evidence.blocks import mean_difference
 from snakebot.diagnosis.evidence.data import MIN_SAMPLES
 from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN
 from snakebot.diagnosis.evidence.score import Scoring
-from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEARLY_MORE, NEXT_TO_NOTHING
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEARLY_MORE, LITTLE
 
 # Mean square over the allowed one, above which there is a gap: the floor is an estimate itself; chosen.
 GAP_RATIO = 1.3
@@ -107,8 +107,7 @@ def beyond(square: Floats, allowed: Floats, run: Ints, certain: float = CERTAIN_
 
 
 def named_joints(gap: Gap) -> tuple[int, ...]:
-    """1-based joints with a significant gap that is not next to nothing beside the mean of all joints."""
+    """1-based joints with a significant gap that is not little beside the largest: every real joint has a gap."""
     share = gap.joint_shares
-    return tuple(
-        j + 1 for j in range(share.size) if gap.significant[j] and share[j] >= NEXT_TO_NOTHING / share.size
-    )
+    least = LITTLE * share.max(initial=0.0)
+    return tuple(j + 1 for j in range(share.size) if gap.significant[j] and share[j] >= least)

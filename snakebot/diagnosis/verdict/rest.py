@@ -21,11 +21,15 @@ class Rest:
 
     Attributes:
         share: of the gap above what is allowed, in mean squares.
+        of_angles: the same of the gap of the angles alone; 0 where there is none.
+        of_ground: the same over ground.
         gap: joint by joint and over ground.
         bent: joints (1-based) on which it bends with the angle, where what explains them is straight.
     """
 
     share: float
+    of_angles: float
+    of_ground: float
     gap: Gap
     bent: tuple[int, ...] = ()
 
@@ -35,16 +39,17 @@ class Rest:
 
     @property
     def is_too_much(self) -> bool:
-        """Whether it is beyond noise and tolerance, and so large that the gap is not explained; or plainly of another
-        law, however small it is.
+        """Whether it is beyond noise and tolerance, in the angles or over ground, and so much of the gap there that
+        this is not explained; or plainly of another law, however small it is.
         """
-        return (self.gap.any and self.share > MOST_LEFT) or bool(self.bent)
+        in_angles = bool(self.gap.significant.any()) and self.of_angles > MOST_LEFT
+        over_ground = self.gap.ground_significant and self.of_ground > MOST_LEFT
+        return in_angles or over_ground or bool(self.bent)
 
 
 def rest_of(evidence: Evidence, nominal: Trial, best: Trial) -> Rest:
     """Measure the rest of ``best`` against the gap of ``nominal``, in the blocks that decide."""
-    share = _share(evidence, nominal, best, evidence.scoring.decides)
-    return Rest(share, gap_of(evidence.scoring, best.held_square))
+    return _rest(evidence, nominal, best, evidence.scoring.decides)
 
 
 def held_out_rest(evidence: Evidence, nominal: Trial, best: Trial) -> Rest | None:
@@ -57,9 +62,7 @@ def held_out_rest(evidence: Evidence, nominal: Trial, best: Trial) -> Rest | Non
     rows = np.isin(scoring.run, evidence.split.shown)
     if np.array_equal(rows, scoring.decides):
         return None
-    gap = gap_of(scoring, best.held_square, rows)
-    share = _share(evidence, nominal, best, rows)
-    rest = Rest(share, gap)
+    rest = _rest(evidence, nominal, best, rows)
     return rest if rest.is_too_much else None
 
 
@@ -69,23 +72,29 @@ def runs_with_gap(scoring: Scoring, shown: tuple[int, ...], trial: Trial) -> tup
     return found or shown
 
 
-def _share(evidence: Evidence, nominal: Trial, best: Trial, rows: Bools) -> float:
-    """Share of the gap left over in some blocks: of the angles and of the ground, by how far each was beyond what is
+def _rest(evidence: Evidence, nominal: Trial, best: Trial, rows: Bools) -> Rest:
+    """What is left over in some blocks: of the angles and of the ground, and of both by how far each was beyond what is
     allowed.
     """
-    before = gap_of(evidence.scoring, nominal.held_square, rows)
-    weights = beyond_allowed(evidence.scoring, before, nominal, rows)
-    count = evidence.angles.blocks.count
-    allowed = evidence.scoring.allowed_square
-    total = 0.0
-    for part, weight in zip((slice(0, count), slice(count, None)), weights, strict=True):
-        use = rows[part]
-        if weight <= 0 or not use.any():
-            continue
-        # the ground's features have units of their own: count them by what each is allowed
-        unit = allowed[part][use] if part.start else np.ones(int(use.sum()))
-        over = np.maximum(nominal.held_square[part][use] - allowed[part][use], 0.0) / unit
-        after = np.maximum(best.held_square[part][use] - allowed[part][use], 0.0) / unit
-        if over.sum() > 0:
-            total += weight * float(after.sum() / over.sum())
-    return total / sum(weights) if sum(weights) > 0 else 0.0
+    scoring = evidence.scoring
+    before = gap_of(scoring, nominal.held_square, rows)
+    weights = beyond_allowed(scoring, before, nominal, rows)
+    sides = (
+        _left(scoring, nominal, best, side & rows) if weight > 0 else 0.0
+        for side, weight in zip((scoring.of_angles, scoring.of_ground), weights, strict=True)
+    )
+    of_angles, of_ground = sides
+    both = weights[0] * of_angles + weights[1] * of_ground
+    share = both / sum(weights) if sum(weights) > 0 else 0.0
+    return Rest(share, of_angles, of_ground, gap_of(scoring, best.held_square, rows))
+
+
+def _left(scoring: Scoring, nominal: Trial, best: Trial, side: Bools) -> float:
+    """Share of what ``nominal`` leaves above what is allowed, in blocks of one side, that ``best`` leaves there."""
+    allowed = scoring.allowed_square[side]
+    # the ground's features have units of their own: they are counted by what each is allowed
+    unit = np.where(scoring.of_ground[side], allowed, 1.0)
+    before, after = (
+        float((np.maximum(trial.held_square[side] - allowed, 0.0) / unit).sum()) for trial in (nominal, best)
+    )
+    return after / before if before > 0 else 0.0

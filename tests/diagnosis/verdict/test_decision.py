@@ -15,7 +15,7 @@ from snakebot.diagnosis.verdict.rest import Rest
 
 GAP = Gap(np.array([1e-3]), np.array([True]), np.nan, False)
 NONE = Gap(np.zeros(1), np.array([False]), np.nan, False)
-NO_REST = Rest(share=0.0, gap=NONE)
+NO_REST = Rest(share=0.0, of_angles=0.0, of_ground=0.0, gap=NONE)
 FACTS = VerdictFacts(
     gap=GAP,
     explanation=True,
@@ -29,7 +29,7 @@ FACTS = VerdictFacts(
 
 
 def rest(share: float) -> Rest:
-    return Rest(share, GAP)
+    return Rest(share, share, share, GAP)
 
 
 def test_a_gap_that_closes_is_explained_and_one_without_an_explanation_is_not() -> None:
@@ -42,7 +42,9 @@ def test_a_gap_that_closes_is_explained_and_one_without_an_explanation_is_not() 
     [
         (rest(0.9 * MOST_LEFT), "explained"),
         (rest(1.1 * MOST_LEFT), "partly"),
-        (Rest(1.1 * MOST_LEFT, replace(NONE, ground_significant=True)), "partly"),
+        (Rest(1.1 * MOST_LEFT, 0.0, 1.1 * MOST_LEFT, replace(NONE, ground_significant=True)), "partly"),
+        (Rest(0.01, 0.0, 1.0, replace(NONE, ground_significant=True)), "partly"),
+        (Rest(0.01, 1.0, 0.0, replace(NONE, ground_significant=True)), "explained"),
         (rest(1.1 * HALF), "unexplained"),
         (replace(NO_REST, share=1.0), "explained"),  # within noise and tolerance
     ],

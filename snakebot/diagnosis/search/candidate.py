@@ -35,10 +35,14 @@ def start_values(term: Term, start: Start) -> Floats:
 
 
 def scaled(term: Term, start: Floats, factor: float) -> Floats:
-    """(p,) parameters of a term, the first of them at so much of its distance from neutral, within their bounds."""
-    first = term.open[0].neutral
-    moved = [first + (float(start[0]) - first) * factor, *start[1:].tolist()]
-    return np.array([p.clip(v) for p, v in zip(term.open, moved, strict=True)])
+    """(p,) parameters of a term so many times as strong, by the first of them, within their bounds: at so much of its
+    distance from neutral, or through so much where it has no neutral value, as what limits or holds a joint: the less
+    of that, the stronger the effect.
+    """
+    first, value = term.open[0], float(start[0])
+    fades = first.scale == "log" and first.neutral < first.lower
+    moved = value / factor if fades else first.neutral + (value - first.neutral) * factor
+    return np.array([p.clip(v) for p, v in zip(term.open, [moved, *start[1:].tolist()], strict=True)])
 
 
 def _number(value: float | tuple[float, ...]) -> float:

@@ -111,18 +111,25 @@ def _of_term(
         wanted = [e for e in called_for(evidence, base, likely) if rival(e.name, e.stage)]
         made = in_parallel(partial(candidates, near, library, base), wanted)
         fits += first_looks(near, list(chain.from_iterable(made)), base)
+    # a fit on top of the rest as it was without the term may not find back to where look-alikes are alike
+    fits += first_looks(evidence, _in_place(evidence.predictor.simulator, library, best, index))
     fits.sort(key=lambda t: -t.fitted_score(evidence.scoring))
     known = round_.held(evidence) if round_ else {}
-    first = fits[:HELD_OUT]
+    nearest: dict[Hypothesis, Trial] = {}
+    for fit in fits:
+        nearest.setdefault(fit.hypothesis, fit)
+    first = list(nearest.values())[:HELD_OUT]
     held = [known[fit.hypothesis] for fit in first if fit.hypothesis in known]
     held += held_out(evidence, [fit for fit in first if fit.hypothesis not in known], ahead=best)
     return tuple(ranked(evidence.scoring, held))
 
 
 def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -> list[Candidate]:
-    """What is said to be taken for an effect, in its place: on the same joints, each with values of its own."""
+    """What is said to be taken for an effect, in its place: on the same joints, the rest as it is beside the effect."""
     term, kept = best.hypothesis.terms[index], best.hypothesis.rest(best.theta, index)
-    rest, joints = best.hypothesis.without(index), term.joints or ()
+    rest = best.hypothesis.without(index)
+    every = tuple(range(1, simulator.data.joints + 1))
+    sets = [joints or every for joints in term.alike]
     confused = {name for name, _ in find_effect(term.effect).confused_with}
     out = []
     for effect in library.effects:
@@ -134,7 +141,10 @@ def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -
         ):
             continue
         other = replace(term, effect=effect.name, fixed=kinds(library, effect)[0])
-        start = [start_values(other, effect.starts(library.observed, (j - 1,))[0]) for j in joints]
+        start = [
+            start_values(other, effect.starts(library.observed, tuple(j - 1 for j in joints))[0])
+            for joints in sets
+        ]
         if not simulator.needs_body(other.specs(np.concatenate(start).tolist())):
             out.append(Candidate(rest.plus(other), [np.concatenate([kept, *start])]))
     return out

@@ -19,9 +19,7 @@ SURE = 0.85  # least of what is called sure, and of an end of experiments; chose
 # Standard deviations or errors, and multiples of what is usual.
 OFF = 1.5  # of what is believed of a number, by which it is off that; chosen
 CLEAR_SE = 2.0  # that make a difference a clear one: 95 %; chosen
-CLEARLY_MORE = (
-    2.0  # times the noise, the floor or a tolerance, from which on something is clearly more; chosen
-)
+CLEARLY_MORE = 2.0  # times the noise, the floor or a tolerance, that are clearly more than that; chosen
 BEYOND_CHANCE = 3.0  # that chance hardly reaches: 0.3 %; chosen
 OUTSTANDING = 4.0  # times noise, standard error, an encoder's count or what is usual, that stand out; chosen
 

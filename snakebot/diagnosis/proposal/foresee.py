@@ -20,6 +20,8 @@ from snakebot.diagnosis.search.groups import TOO_FAR
 from snakebot.diagnosis.sizes import LITTLE, MUCH, NEXT_TO_NOTHING, OFF
 from snakebot.effects.spec import EffectSpec
 
+PRIOR_STEP = MUCH  # share of the prior's spread by which a parameter is stepped
+
 
 @dataclass(frozen=True, eq=False)
 class Foreseen:
@@ -68,7 +70,7 @@ def _turns_of(
     hypothesis, theta, out = made.hypothesis, made.theta, []
     box = Box.of(hypothesis.parameters)
     for i, parameter in enumerate(hypothesis.parameters):
-        size = MUCH * parameter.spread * (abs(theta[i]) if parameter.scale == "log" else 1.0)
+        size = PRIOR_STEP * parameter.spread * (abs(theta[i]) if parameter.scale == "log" else 1.0)
         step = size if theta[i] + size <= box.upper[i] else -min(size, theta[i] - box.lower[i])
         if step == 0.0:
             continue
@@ -77,7 +79,7 @@ def _turns_of(
         rows = []
         for motion, angle, ground in zip(motions, made.angle, made.ground, strict=True):
             other, over = motion.shown(hypothesis.specs(moved))
-            scale = size / (MUCH * step)
+            scale = size / (PRIOR_STEP * step)
             way = None if over is None or ground is None else (over - ground) * scale
             rows.append(((other - angle) * scale, way))
         out.append(tuple(rows))

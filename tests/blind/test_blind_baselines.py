@@ -78,7 +78,7 @@ def test_a_baseline_that_never_calls_no_gap_is_beaten_there() -> None:
 def test_fit_all_names_a_plain_effect(root: Path, tmp_path: Path) -> None:
     case = make_case("tune", 5, 6, 40)
     p = real_robot(np.random.default_rng(1), case.build)
-    FAULTS["rate_limit"].apply(p, np.array([2]), 4.0, np.random.default_rng(0))
+    FAULTS["rate_limit"].apply(p, np.array([2]), 2.0, np.random.default_rng(0))
     (tmp_path / "set" / "cases").mkdir(parents=True)
     (tmp_path / "answers").mkdir()
     write_session(tmp_path / "set" / "cases" / "a", replace(case, parameters=p, exclude=None))

@@ -12,6 +12,7 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.trial import Trial
 from snakebot.diagnosis.search.acceptance import MOST_LEFT
+from snakebot.diagnosis.sizes import NEXT_TO_NOTHING
 from snakebot.diagnosis.verdict.localise import beyond_allowed
 
 
@@ -21,7 +22,7 @@ class Rest:
 
     Attributes:
         share: of the gap above what is allowed, in mean squares.
-        of_angles: the same of the gap of the angles alone; 0 where there is none.
+        of_angles: the same of the gap of the angles alone; 0 where that is next to nothing beside the one over ground.
         of_ground: the same over ground.
         gap: joint by joint and over ground.
         bent: joints (1-based) on which it bends with the angle, where what explains them is straight.
@@ -80,7 +81,7 @@ def _rest(evidence: Evidence, nominal: Trial, best: Trial, rows: Bools) -> Rest:
     before = gap_of(scoring, nominal.held_square, rows)
     weights = beyond_allowed(scoring, before, nominal, rows)
     sides = (
-        _left(scoring, nominal, best, side & rows) if weight > 0 else 0.0
+        _left(scoring, nominal, best, side & rows) if weight > NEXT_TO_NOTHING * sum(weights) else 0.0
         for side, weight in zip((scoring.of_angles, scoring.of_ground), weights, strict=True)
     )
     of_angles, of_ground = sides

@@ -33,7 +33,9 @@ def too_random(evidence: Evidence, trial: Trial) -> bool:
 
 
 def _scatter_square(robot: Robot, specs: Sequence[EffectSpec], run: PreparedRun) -> Floats:
-    """(k,) mean square of what a run differs by from its mean: half of that of two runs with draws of their own."""
+    """(k,) mean square of what a run differs by from its mean: half of that of two runs with draws of their own; zero for
+    a joint that the run does not tell of.
+    """
     draws = np.random.default_rng(0).spawn(2)
     one, other = (
         predict(
@@ -43,7 +45,9 @@ def _scatter_square(robot: Robot, specs: Sequence[EffectSpec], run: PreparedRun)
         ).encoder_rad
         for rng in draws
     )  # fmt: skip
-    return np.asarray(0.5 * np.nanmean(np.where(run.use, np.square(one - other), np.nan), axis=0))
+    apart = one - other
+    use = run.use & np.isfinite(apart)
+    return np.asarray(0.5 * np.square(np.where(use, apart, 0.0)).sum(axis=0) / np.maximum(use.sum(axis=0), 1))
 
 
 def _arriving(

@@ -33,8 +33,9 @@ def too_random(evidence: Evidence, trial: Trial) -> bool:
 
 
 def _scatter_square(robot: Robot, specs: Sequence[EffectSpec], run: PreparedRun) -> Floats:
-    """(k,) mean square of what a run differs by from its mean: half of that of two runs with draws of their own; zero for
-    a joint that the run does not tell of.
+    """(k,) mean square of what a run differs by from its mean: half of that of two runs with draws of their own.
+
+    Zero for a joint that the run does not tell of.
     """
     draws = np.random.default_rng(0).spawn(2)
     one, other = (

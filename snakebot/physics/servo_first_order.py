@@ -95,8 +95,9 @@ def run_first_order(
             until, tick = end_of_step(sample, switch_t, coming, mark)
             dt = until - now
             if loaded:
-                middle, at = _between(t, load_t, 0.5 * (now + until) + late, at)
-                load, _ = _between(t, load_t, until + late, at)
+                if falls:
+                    middle, at = _between(t, load_t, 0.5 * (now + until) + late, at)
+                load, at = _between(t, load_t, until + late, at)
             if asleep:  # it is switched on where its joint is, bearing what hangs on it
                 dragged = angle + load * compliance
                 motor = dragged + load * give

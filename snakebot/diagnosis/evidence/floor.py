@@ -158,14 +158,8 @@ def white_noise(data: Data, joint: int) -> float:
     if value.size < MIN_SAMPLES:
         return least
     calm = value[moved <= np.quantile(moved, 0.5)]
-    return float(
-        max(
-            MAD_TO_STD * np.median(np.abs(calm)),
-            NEARLY_ALL  # a median may be small by chance
-            * np.sqrt(np.mean(np.square(_clip(calm)))),
-            least,
-        )
-    )
+    rms = np.sqrt(np.mean(np.square(_clip(calm))))  # a median may be small by chance
+    return float(max(MAD_TO_STD * np.median(np.abs(calm)), NEARLY_ALL * rms, least))
 
 
 def _clip(x: Floats) -> Floats:

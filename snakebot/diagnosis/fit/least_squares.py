@@ -41,7 +41,7 @@ NEGLIGIBLE = 1e-4
 COSTLY_FALL = 1e-3
 DAMPING = 1e-3  # of a first step, share of the curvature; chosen
 LESS_DAMPING, MORE_DAMPING = 0.2, 8.0  # factors on it after a step that lowered the cost, or did not; chosen
-# The same of the steps to a minimum near by that are tried, each if that before it did not lower the cost: in one
+# Damping of the steps to a minimum near by that are tried, each if that before it did not lower the cost: in one
 # dimension the whole step, two thirds, a fifth and a thirtieth of it; chosen.
 DAMPED_MORE = (DAMPING, *(HALF * MORE_DAMPING**k for k in range(SOME - 1)))
 MOST_DAMPING = 1e5  # beyond which a unit is done: its steps have no length any more; chosen

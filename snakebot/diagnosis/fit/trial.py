@@ -142,9 +142,8 @@ def run_trial(
     if rough and evidence.predictor.simulator.rough_needs_body(specs):
         runs, steps = informative_runs(evidence), FEWEST_STEPS
         last = last is None or last
-    elif not rough and evidence.predictor.simulator.needs_body(specs):
-        steps = min(steps, SOME_STEPS)
-    if rough and last:
+    takes_long = last if rough else evidence.predictor.simulator.needs_body(specs)
+    if takes_long:
         steps = min(steps, SOME_STEPS)
     count = len(hypothesis.parameters)
     only = np.arange(count) >= count - len(hypothesis.terms[-1].open) if last else None

@@ -193,8 +193,14 @@ def excess_as_fitted(scoring: Scoring, trial: Trial, side: Bools) -> float:
 
 
 def excess(scoring: Scoring, trial: Trial, side: Bools) -> float:
-    """Mean square above the allowed one: of the angles in rad^2, of the ground against what each feature is allowed."""
-    rows = side & scoring.decides
+    """``excess_in`` the blocks of one side that decide."""
+    return excess_in(scoring, trial, side & scoring.decides)
+
+
+def excess_in(scoring: Scoring, trial: Trial, rows: Bools) -> float:
+    """Mean square above the allowed one in blocks of one side: of the angles in rad^2, of the ground against what each
+    feature is allowed.
+    """
     allowed = scoring.allowed_square[rows]
     over = np.maximum(trial.held_square[rows] - allowed, 0.0)
     if not rows.any():

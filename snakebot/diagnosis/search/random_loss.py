@@ -70,9 +70,9 @@ def with_random_loss(
     if len(needed) < len(stays):  # what took the place of a loss that had no name yet
         stays = needed
         loss = _with_loss(evidence, found.best, stays, effect.name)
-    base = _base(evidence, found, stays)
     if too_random(evidence, loss):
         return found
+    base = _base(evidence, found, stays)
     error = standard_errors(evidence, loss, tolerances=not quick)[-1]
     ends = interval(loss.hypothesis.parameters[-1], float(loss.theta[-1]), float(error))
     if ends is None or ends[0] <= 0 or not predicts_better(evidence.angles, evidence.scoring, loss, base):

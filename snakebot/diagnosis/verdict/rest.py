@@ -11,7 +11,7 @@ from snakebot.diagnosis.evidence.gap import Gap, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.search.acceptance import MOST_LEFT
+from snakebot.diagnosis.search.acceptance import MOST_LEFT, excess_in
 from snakebot.diagnosis.sizes import NEXT_TO_NOTHING
 from snakebot.diagnosis.verdict.localise import beyond_allowed
 
@@ -90,12 +90,7 @@ def _rest(evidence: Evidence, nominal: Trial, best: Trial, rows: Bools) -> Rest:
     return Rest(share, of_angles, of_ground, gap_of(scoring, best.held_square, rows))
 
 
-def _left(scoring: Scoring, nominal: Trial, best: Trial, side: Bools) -> float:
+def _left(scoring: Scoring, nominal: Trial, best: Trial, rows: Bools) -> float:
     """Share of what ``nominal`` leaves above what is allowed, in blocks of one side, that ``best`` leaves there."""
-    allowed = scoring.allowed_square[side]
-    # the ground's features have units of their own: they are counted by what each is allowed
-    unit = np.where(scoring.of_ground[side], allowed, 1.0)
-    before, after = (
-        float((np.maximum(trial.held_square[side] - allowed, 0.0) / unit).sum()) for trial in (nominal, best)
-    )
-    return after / before if before > 0 else 0.0
+    before = excess_in(scoring, nominal, rows)
+    return excess_in(scoring, best, rows) / before if before > 0 else 0.0

@@ -117,9 +117,8 @@ def run_values(evidence: Evidence, best: Trial) -> RunValues | None:
         for (number, own), gain in zip(differ, gains, strict=True)
         if gain > MUCH
     ]
-    return max(
-        found, key=lambda values: values.of_rest, default=None
-    )  # of joints that are as clear, the first
+    # of joints that are as clear, the first
+    return max(found, key=lambda values: values.of_rest, default=None)
 
 
 def _numbers(best: Trial, count: int) -> list[_Number]:

@@ -19,8 +19,8 @@ LOOP = (
 RIVALS = ("position_loop", "arm_payload", "second_order", "command_gain", "servo_offset", "compliance")
 
 
-def bench(*effects: str, arm: bool = True) -> Robot:
-    servo = {"arm": {"mass_kg": 0.3, "length_m": 0.1}} if arm else {}
+def bench(*effects: str, arm: bool = True, down_deg: float = 0.0) -> Robot:
+    servo = {"arm": {"mass_kg": 0.3, "length_m": 0.1, "down_deg": down_deg}} if arm else {}
     return robot_from_mapping(
         {"joints": 1, "encoder_counts_per_rev": 4096, "servo": servo, "effects": list(effects)}, "bench"
     )
@@ -64,6 +64,13 @@ def test_without_an_arm_the_stiffness_is_in_units_of_the_weight() -> None:
     weight_nm = 0.3 * 9.80665 * 0.1
     assert value(found, "position_loop", "stiffness_nm_rad") == pytest.approx(0.9 / weight_nm, rel=0.15)
     assert any("describe the arm" in text for text in found.warnings)
+
+
+def test_a_horn_that_is_not_put_on_to_a_degree_is_part_of_the_loop() -> None:
+    found = diagnose(session(bench(LOOP, down_deg=4.0), bench()), only=RIVALS)
+    assert found.verdict == "explained"
+    assert value(found, "position_loop", "stiffness_nm_rad") == pytest.approx(0.9, rel=0.05)
+    assert value(found, "position_loop", "down_deg") == pytest.approx(4.0, abs=0.3)
 
 
 def test_a_weight_on_a_calibrated_bench_is_named_with_its_mass() -> None:

@@ -210,12 +210,16 @@ def test_an_arm_that_nobody_described_is_missed_and_its_weight_is_the_unit() -> 
     assert said is not None
     assert "describe the arm" in said
     assert loop.held(Observed(bare, recorded(bare, [LOOP]))) == {"gravity_nm": 1.0}
-    assert loop.held(Observed(bench(), recorded(bench(), [LOOP]))) == {"down_deg": 0.0}
+    assert loop.held(Observed(bench(), recorded(bench(), [LOOP]))) == {}
     t = np.arange(0, 4, STEP_S)
     weight, down = MASS * G * LENGTH, math.radians(DOWN_DEG)
     own = f"{LOOP},gravity_nm={weight},down_deg={DOWN_DEG}"
     end = response(bare, own, t, np.full(t.size, 1.2))[-1]
     assert STIFFNESS * (1.2 - end) == pytest.approx(weight * math.sin(end - down), rel=1e-6)
+    turned = response(bench(), f"{LOOP},down_deg=-3", t, np.full(t.size, 1.2))[-1]  # beside the stated angle
+    assert STIFFNESS * (1.2 - turned) == pytest.approx(
+        weight * math.sin(turned - down + math.radians(3)), rel=1e-5
+    )
     starts = loop.starts(Observed(bare, recorded(bare, [LOOP])), (0,))
     assert {start["down_deg"] for start in starts} == {0.0, -90.0, 90.0}  # where it hangs is not known
 

@@ -2,9 +2,10 @@
 
 A fold's fit begins at the fit to all runs, which is near and cheap. But a limit that only the held-out run reaches
 moves nothing in the others: the search would stay where it began, and the held-out run be predicted from itself. So
-where a fold's runs say next to nothing of a parameter, the effect is absent in that fold if it does nothing there;
-else it is taken for its usual value, and where that changes anything (it was a dead band so wide that nothing moved)
-the search begins there.
+where a fold's runs say next to nothing of a parameter, the effect is absent in that fold if it does nothing there, and
+the parameter has the value that it has where none is given if that does nothing there (a drive is not limited). Else it
+is taken for its usual value, and where that changes anything (it was a dead band so wide that nothing moved) the search
+begins there.
 """
 
 from __future__ import annotations
@@ -121,7 +122,15 @@ def _without_uninformed(
         hypothesis, theta, uninformed, lambda a, b: not _shows(evidence, hypothesis, a, b, fold.fit)
     )
     absent = np.isnan(out)
-    far = uninformed & ~absent
+    default = np.array([np.nan if p.default is None else p.default for p in hypothesis.parameters])
+    not_given = uninformed & ~absent & np.isfinite(default)
+    if not_given.any():
+        plain = np.where(not_given, default, out)
+        if _shows(evidence, hypothesis, out, plain, fold.fit):
+            not_given = np.zeros_like(not_given)
+        else:
+            out = plain
+    far = uninformed & ~absent & ~not_given
     if not far.any():
         return out
     usual = np.array([p.typical for p in hypothesis.parameters])

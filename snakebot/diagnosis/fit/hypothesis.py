@@ -16,6 +16,7 @@ from snakebot.effects.spec import EffectSpec
 from snakebot.in_words import listed
 
 Joints = tuple[int, ...]  # 1-based
+Fixed = tuple[tuple[str, float | tuple[float, ...]], ...]  # parameters that are not fitted, with their values
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Term:
 
     effect: str
     joints: Joints | None
-    fixed: tuple[tuple[str, float | tuple[float, ...]], ...] = ()
+    fixed: Fixed = ()
     own: bool = False
 
     @property

@@ -14,7 +14,7 @@ from snakebot.diagnosis.evidence.blocks import BlockMap, mean_difference
 from snakebot.diagnosis.evidence.gap import beyond, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import Scoring
-from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term, fixed_by
+from snakebot.diagnosis.fit.hypothesis import Fixed, Hypothesis, Term, fixed_by
 from snakebot.diagnosis.fit.trial import Trial, each_joint
 from snakebot.diagnosis.search.candidate import Candidate, added, scaled, start_values
 from snakebot.diagnosis.search.ground_candidates import ground_candidates
@@ -23,8 +23,6 @@ from snakebot.diagnosis.sizes import HALF, LITTLE, MUCH, SOME
 from snakebot.effects.effect import Effect
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import find_effect
-
-Fixed = tuple[tuple[str, float | tuple[float, ...]], ...]
 
 HELPS_SE = 2.5  # standard errors that an effect must gain on a joint; chosen
 # The same where the first look takes the torques of the measured motion, with the noise of its readings: what scatters

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
+from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.search.candidates import kinds
 from snakebot.diagnosis.search.library import Library
+from snakebot.effects.registry import find_effect
 
 
 def is_worn(library: Library, hypothesis: Hypothesis) -> bool:
@@ -15,12 +18,23 @@ def is_worn(library: Library, hypothesis: Hypothesis) -> bool:
 
 
 def everyday_terms(library: Library) -> tuple[Term, ...]:
-    """The effects that every real joint has a little of, as the library holds them, of no joint in particular."""
+    """The effects that every real joint has a little of, of the kind that these joints show, of none in particular."""
     return tuple(
-        Term(effect.name, None, kinds(library, effect)[0])
+        Term(effect.name, None, library.everyday_kinds.get(effect.name, found[0]))
         for effect in library.effects
-        if effect.everyday and kinds(library, effect)
+        if effect.everyday and (found := kinds(library, effect))
     )
+
+
+def other_kinds(evidence: Evidence, library: Library, term: Term) -> list[Term]:
+    """The same everyday effect with its switches set otherwise, as far as it needs no load."""
+    simulator = evidence.predictor.simulator
+    others = [replace(term, fixed=fixed) for fixed in kinds(library, find_effect(term.effect))]
+    return [
+        other
+        for other in others
+        if other != term and not simulator.stages(other.specs([p.typical for p in other.open])).feels_load
+    ]
 
 
 def all_but(everyday: Sequence[Term], hypothesis: Hypothesis) -> tuple[Term, ...]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from snakebot.diagnosis.evidence.data import Data, link_is_clean
+from snakebot.diagnosis.fit.hypothesis import Fixed
 from snakebot.effects.effect import Effect
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import effects
@@ -20,12 +21,14 @@ class Library:
         observed: what the data look like, for starts.
         known: parameters that the user has measured; keys ``parameter`` or ``effect.parameter``.
         unnamed: names of effects that may be there, but may not be named.
+        everyday_kinds: by the name of an everyday effect, how its switches are set on this robot, as joints showed.
     """
 
     effects: tuple[Effect, ...]
     observed: Observed
     known: Mapping[str, float]
     unnamed: tuple[str, ...] = ()
+    everyday_kinds: Mapping[str, Fixed] = field(default_factory=dict)
 
     def without_everyday(self) -> Library:
         """The effects that not every real joint has a little of."""

@@ -129,9 +129,11 @@ def search(
             together = _winner(evidence.scoring, pairs(evidence, nominal, fits, so_far), so_far, nominal)
             so_far = together or so_far
             progress("everyday effects on every joint", 0.4)
-            evidence, worn = with_wear(evidence, library, nominal, so_far, [*fits, *two])
+            evidence, every_effect, worn = with_wear(evidence, library, nominal, so_far, [*fits, *two])
             if worn is not None:
-                library = library.without_everyday()  # all of these were fitted to every joint with a gap
+                library = (
+                    every_effect.without_everyday()
+                )  # all of these were fitted to every joint with a gap
                 limit, most_terms = (
                     limit + len(worn.hypothesis.names),
                     most_terms + len(worn.hypothesis.terms),

@@ -27,7 +27,13 @@ from snakebot.diagnosis.fit.trial import Trial, run_trial_against
 from snakebot.diagnosis.search.acceptance import LEAST_GAIN, excess, excess_as_fitted, may_be_named
 from snakebot.diagnosis.search.bench import Bench, Wear, as_wide_as, gain_on_joint, start_on
 from snakebot.diagnosis.search.candidate import Candidate
-from snakebot.diagnosis.search.everyday import all_but, everyday_terms, is_one_of, takes_a_place
+from snakebot.diagnosis.search.everyday import (
+    all_but,
+    everyday_terms,
+    is_one_of,
+    other_kinds,
+    takes_a_place,
+)
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rounds import FOLLOWED_UP, ranked
 from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE, MUCH
@@ -35,16 +41,18 @@ from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE, MUCH
 
 def with_wear(
     evidence: Evidence, library: Library, nominal: Trial, first: Trial, fits: Sequence[Trial]
-) -> tuple[Evidence, Trial | None]:
-    """The evidence with the misfit that all everyday effects together leave; and the everyday effects that the joints
-    need, alone or beside a fault, if they explain clearly more than ``first`` does. A fault must gain over them alone,
-    but for one that takes the place of one of them: that explains no less.
+) -> tuple[Evidence, Library, Trial | None]:
+    """The evidence with the misfit that all everyday effects together leave; the library with the kinds of them that
+    joints show; and the everyday effects that the joints need, alone or beside a fault, if they explain clearly more
+    than ``first`` does. A fault must gain over them alone, but for one that takes the place of one of them: that
+    explains no less.
 
     ``fits``: of single effects, and of two, those that may be the faults among them, as fitted.
     """
     whole = worn(evidence, library, nominal)
     if whole is None:
-        return evidence, None
+        return evidence, library, None
+    library, whole = _of_the_kind_that_shows(library, whole)
     evidence = evidence.with_misfit(whole.left_square)
     alone = _accepted(evidence, nominal, first, whole.reduced().added_to(nominal.hypothesis, nominal.theta))
     found, everyday = [alone], everyday_terms(library)
@@ -57,7 +65,7 @@ def with_wear(
             candidate = with_fault.reduced().added_to(fault.hypothesis, fault.theta)
             found.append(_accepted(evidence, nominal, first if instead else alone or first, candidate))
     ordered = ranked(evidence.scoring, [trial for trial in found if trial is not None])
-    return evidence, next(iter(ordered), None)
+    return evidence, library, next(iter(ordered), None)
 
 
 def _faults(
@@ -112,6 +120,23 @@ def worn(evidence: Evidence, library: Library, base: Trial) -> Whole | None:
     return _whole(Bench(evidence, terms, joints, rest), library)
 
 
+def _of_the_kind_that_shows(library: Library, whole: Whole) -> tuple[Library, Whole]:
+    """All everyday effects, those with switches of the kind that leaves least; and the library that knows it. What one
+    kind says of a delay another says of a width: a kind that is wrong spoils the others' share of the gap.
+    """
+    evidence = whole.bench.evidence
+    for term in whole.bench.terms:
+        for other in other_kinds(evidence, library, term):
+            terms = tuple(other if t.effect == other.effect else t for t in whole.bench.terms)
+            tried = _whole(Bench(evidence, terms, whole.bench.joints, whole.bench.rest), library)
+            if tried.gain_over(whole).sum() > 0:
+                library = replace(
+                    library, everyday_kinds={**library.everyday_kinds, term.effect: other.fixed}
+                )
+                whole = tried
+    return library, whole
+
+
 def _whole(bench: Bench, library: Library) -> Whole:
     """Fit all: by least squares first, then with the loss of the score."""
     allowed = bench.evidence.angles.allowed_square
@@ -148,10 +173,16 @@ class Whole:
         mine, its = (np.maximum(whole.left_square[rows] - allowed, 0.0) for whole in (self, other))
         if mine.sum() < (1 - LITTLE) * its.sum():
             return True
-        changed = np.abs(mine - its) > LITTLE * allowed
-        spread = as_wide_as(self.bench, other.left_square)[rows]
-        gain = 0.5 * (np.log1p(its / spread) - np.log1p(mine / spread))[changed]
+        gain = self.gain_over(other)[rows][np.abs(mine - its) > LITTLE * allowed]
         return bool(gain.sum() > LEAST_GAIN * gain.size)
+
+    def gain_over(self, other: Whole) -> Floats:
+        """(B,) gain of each block's score on fitted runs over ``other``, where it decides; else zero."""
+        angles = self.bench.evidence.angles
+        rows = (self.bench.size > 0) & self.bench.evidence.scoring.decides[: angles.blocks.count]
+        mine, its = (np.maximum(w.left_square - angles.allowed_square, 0.0) for w in (self, other))
+        spread = as_wide_as(self.bench, other.left_square)
+        return np.where(rows, 0.5 * (np.log1p(its / spread) - np.log1p(mine / spread)), 0.0)
 
     def reduced(self) -> Wear:
         """Take out of each joint what it can do without, the least of it first."""

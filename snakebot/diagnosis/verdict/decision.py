@@ -17,7 +17,7 @@ from snakebot.diagnosis.sizes import HALF
 from snakebot.diagnosis.verdict.bend import bends_beside
 from snakebot.diagnosis.verdict.joints import joints_of
 from snakebot.diagnosis.verdict.noise import EncoderScatter, noise_effect, noisy_encoders
-from snakebot.diagnosis.verdict.rest import Rest, held_out_rest, rest_of, runs_with_gap
+from snakebot.diagnosis.verdict.rest import Rest, brings_nearer, held_out_rest, rest_of, runs_with_gap
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,10 +138,14 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
         rest_held_out=held_out,
     )
     verdict = decide(facts)
-    if verdict == "unexplained" and best.hypothesis.terms and rest.is_too_much and rest.share >= 1:
-        # it takes nothing away on motions that it was not fitted to: it is no cause
-        best, bends = found.nominal, {}
-        facts = replace(facts, explanation=False, rest=rest_beside(best))
+    left_open = verdict == "unexplained" and rest.is_too_much
+    if facts.explanation and (left_open or verdict == "explained") and not found.seen_in_scatter:
+        # what takes nothing away on motions that it was not fitted to is no cause
+        nearer = found.untested or brings_nearer(evidence, found.nominal, best, rest)
+        if (left_open and rest.share >= 1) or not nearer:
+            best, bends = found.nominal, {}
+            facts = replace(facts, explanation=False, rest=rest_beside(best))
+            verdict = decide(facts)
     told = Judgement(
         verdict=verdict,
         best=best,

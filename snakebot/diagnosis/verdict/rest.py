@@ -53,6 +53,17 @@ def rest_of(evidence: Evidence, nominal: Trial, best: Trial) -> Rest:
     return _rest(evidence, nominal, best, evidence.scoring.decides)
 
 
+def brings_nearer(evidence: Evidence, nominal: Trial, best: Trial, rest: Rest) -> bool:
+    """Whether ``best`` takes anything away on the runs of the closure: of the error of the angles as the user sees it,
+    with the lags as stated, or of what is beyond tolerance over ground.
+    """
+    angles = evidence.angles
+    size = np.where(np.isin(angles.blocks.run, evidence.split.shown), angles.blocks.samples, 0)
+    before, after = (float(angles.mean_square(trial.readings) @ size) for trial in (nominal, best))
+    over_ground = gap_of(evidence.scoring, nominal.held_square).ground_significant and rest.of_ground < 1
+    return after < before or over_ground
+
+
 def held_out_rest(evidence: Evidence, nominal: Trial, best: Trial) -> Rest | None:
     """The same in the runs that the user holds out; None without such runs, or where it is no reason for a verdict.
 

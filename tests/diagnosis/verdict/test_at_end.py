@@ -46,7 +46,7 @@ def test_others_are_left_as_they_are(effect: str, name: str, estimate: Estimate)
     assert held_back(sound) == sound
 
 
-@pytest.mark.parametrize("ci95", [(0.0, 2.0), None])
+@pytest.mark.parametrize("ci95", [(0.05, 3.0), None])
 def test_a_damping_that_the_data_do_not_care_about_is_no_end(ci95: tuple[float, float] | None) -> None:
     swing = {
         "natural_freq_rad_s": Estimate(estimate=20.0, ci95=(19.0, 21.0)),

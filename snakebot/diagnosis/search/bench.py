@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -87,6 +88,12 @@ class Bench:
         self.beside: Floats | float = 0.0
         if evidence.predictor.simulator.needs_body(self.rest):
             self.beside, self.rest = self._change_by(self.rest), ()
+
+    def of_kinds(self, terms: tuple[Term, ...]) -> Bench:
+        """The same effects with switches set otherwise."""
+        out = copy(self)
+        out.terms = terms
+        return out
 
     def _change_by(self, specs: Sequence[EffectSpec]) -> Floats:
         """(N, U) what some effects change, all runs below each other."""

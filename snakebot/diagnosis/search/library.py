@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from snakebot.diagnosis.evidence.data import Data, link_is_clean
-from snakebot.diagnosis.fit.hypothesis import Fixed
+from snakebot.diagnosis.fit.hypothesis import Fixed, Term
 from snakebot.effects.effect import Effect
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import effects
@@ -33,6 +33,10 @@ class Library:
     def without_everyday(self) -> Library:
         """The effects that not every real joint has a little of."""
         return replace(self, effects=tuple(e for e in self.effects if not e.everyday))
+
+    def of_kinds(self, terms: Iterable[Term]) -> Library:
+        """With the everyday effects of the kinds that ``terms`` have."""
+        return replace(self, everyday_kinds={**self.everyday_kinds, **{t.effect: t.fixed for t in terms}})
 
 
 def usable_effects(

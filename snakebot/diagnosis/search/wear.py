@@ -42,9 +42,9 @@ from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE, MUCH
 def with_wear(
     evidence: Evidence, library: Library, nominal: Trial, first: Trial, fits: Sequence[Trial]
 ) -> tuple[Evidence, Library, Trial | None]:
-    """The evidence with the misfit that all everyday effects together leave; the library with the kinds of them that
-    joints show; and the everyday effects that the joints need, alone or beside a fault, if they explain clearly more
-    than ``first`` does. A fault must gain over them alone, but for one that takes the place of one of them: that
+    """The evidence with the misfit that all everyday effects together leave; and the everyday effects that the joints
+    need, alone or beside a fault, if they explain clearly more than ``first`` does, with the library that knows of
+    which kind they are. A fault must gain over them alone, but for one that takes the place of one of them: that
     explains no less.
 
     ``fits``: of single effects, and of two, those that may be the faults among them, as fitted.
@@ -52,10 +52,10 @@ def with_wear(
     whole = worn(evidence, library, nominal)
     if whole is None:
         return evidence, library, None
-    library, whole = _of_the_kind_that_shows(library, whole)
+    library = library.of_kinds(whole.bench.terms)
     evidence = evidence.with_misfit(whole.left_square)
     alone = _accepted(evidence, nominal, first, whole.reduced().added_to(nominal.hypothesis, nominal.theta))
-    found, everyday = [alone], everyday_terms(library)
+    found, everyday = {alone: whole}, everyday_terms(library)
     for fault in _faults(evidence.scoring, library, nominal, first, fits):
         with_fault = worn(evidence, library, fault)
         if with_fault is None:
@@ -63,9 +63,10 @@ def with_wear(
         instead = takes_a_place(everyday, fault.hypothesis)
         if instead or with_fault.leaves_less_than(whole):
             candidate = with_fault.reduced().added_to(fault.hypothesis, fault.theta)
-            found.append(_accepted(evidence, nominal, first if instead else alone or first, candidate))
-    ordered = ranked(evidence.scoring, [trial for trial in found if trial is not None])
-    return evidence, library, next(iter(ordered), None)
+            accepted = _accepted(evidence, nominal, first if instead else alone or first, candidate)
+            found[accepted] = with_fault
+    best = next(iter(ranked(evidence.scoring, [trial for trial in found if trial is not None])), None)
+    return evidence, library if best is None else library.of_kinds(found[best].bench.terms), best
 
 
 def _faults(
@@ -117,24 +118,21 @@ def worn(evidence: Evidence, library: Library, base: Trial) -> Whole | None:
         if not is_one_of(terms, term)
         for spec in term.specs(values.tolist())
     ]
-    return _whole(Bench(evidence, terms, joints, rest), library)
+    return _of_the_kind_that_shows(library, _whole(Bench(evidence, terms, joints, rest), library))
 
 
-def _of_the_kind_that_shows(library: Library, whole: Whole) -> tuple[Library, Whole]:
-    """All everyday effects, those with switches of the kind that leaves least; and the library that knows it. What one
-    kind says of a delay another says of a width: a kind that is wrong spoils the others' share of the gap.
+def _of_the_kind_that_shows(library: Library, whole: Whole) -> Whole:
+    """All everyday effects, those with switches of the kind that leaves least. What one kind says of a delay another
+    says of a width: a kind that is wrong spoils the others' share of the gap.
     """
-    evidence = whole.bench.evidence
-    for term in whole.bench.terms:
-        for other in other_kinds(evidence, library, term):
+    bench = whole.bench
+    for term in bench.terms:
+        for other in other_kinds(bench.evidence, library, term):
             terms = tuple(other if t.effect == other.effect else t for t in whole.bench.terms)
-            tried = _whole(Bench(evidence, terms, whole.bench.joints, whole.bench.rest), library)
+            tried = _whole(bench.of_kinds(terms), library)
             if tried.gain_over(whole).sum() > 0:
-                library = replace(
-                    library, everyday_kinds={**library.everyday_kinds, term.effect: other.fixed}
-                )
                 whole = tried
-    return library, whole
+    return whole
 
 
 def _whole(bench: Bench, library: Library) -> Whole:

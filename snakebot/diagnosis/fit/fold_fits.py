@@ -122,15 +122,8 @@ def _without_uninformed(
         hypothesis, theta, uninformed, lambda a, b: not _shows(evidence, hypothesis, a, b, fold.fit)
     )
     absent = np.isnan(out)
-    default = np.array([np.nan if p.default is None else p.default for p in hypothesis.parameters])
-    not_given = uninformed & ~absent & np.isfinite(default)
-    if not_given.any():
-        plain = np.where(not_given, default, out)
-        if _shows(evidence, hypothesis, out, plain, fold.fit):
-            not_given = np.zeros_like(not_given)
-        else:
-            out = plain
-    far = uninformed & ~absent & ~not_given
+    out, left_out = _with_defaults(evidence, hypothesis, out, uninformed & ~absent, fold)
+    far = uninformed & ~absent & ~left_out
     if not far.any():
         return out
     usual = np.array([p.typical for p in hypothesis.parameters])
@@ -161,6 +154,20 @@ def _without_uninformed(
         if after > before:
             found = fit_runs(evidence, hypothesis, [start], fold.fit, FEWEST_STEPS, only=far).theta
     return _without_unmet(evidence, hypothesis, found, far, fold.fit)
+
+
+def _with_defaults(
+    evidence: Evidence, hypothesis: Hypothesis, theta: Floats, asked: Bools, fold: Fold
+) -> tuple[Floats, Bools]:
+    """``theta`` (p,) where those parameters that are ``asked`` about (p,) and need not be given are not, if that does
+    nothing in the fold's runs; and which these are (p,).
+    """
+    default = np.array([np.nan if p.default is None else p.default for p in hypothesis.parameters])
+    spare = asked & np.isfinite(default)
+    without = np.where(spare, default, theta)
+    if not spare.any() or _shows(evidence, hypothesis, theta, without, fold.fit):
+        return theta, np.zeros_like(spare)
+    return without, spare
 
 
 def _without_unmet(

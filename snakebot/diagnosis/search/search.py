@@ -131,9 +131,8 @@ def search(
             progress("everyday effects on every joint", 0.4)
             evidence, every_effect, worn = with_wear(evidence, library, nominal, so_far, [*fits, *two])
             if worn is not None:
-                library = (
-                    every_effect.without_everyday()
-                )  # all of these were fitted to every joint with a gap
+                # all of these were fitted to every joint with a gap
+                library = every_effect.without_everyday()
                 limit, most_terms = (
                     limit + len(worn.hypothesis.names),
                     most_terms + len(worn.hypothesis.terms),

@@ -63,10 +63,11 @@ def with_wear(
         instead = takes_a_place(everyday, fault.hypothesis)
         if instead or with_fault.leaves_less_than(whole):
             candidate = with_fault.reduced().added_to(fault.hypothesis, fault.theta)
-            accepted = _accepted(evidence, nominal, first if instead else alone or first, candidate)
-            found[accepted] = with_fault
+            found[_accepted(evidence, nominal, first if instead else alone or first, candidate)] = with_fault
     best = next(iter(ranked(evidence.scoring, [trial for trial in found if trial is not None])), None)
-    return evidence, library if best is None else library.of_kinds(found[best].bench.terms), best
+    if best is not None:
+        library = library.of_kinds(found[best].bench.terms)
+    return evidence, library, best
 
 
 def _faults(

@@ -138,14 +138,10 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
         rest_held_out=held_out,
     )
     verdict = decide(facts)
-    left_open = verdict == "unexplained" and rest.is_too_much
-    if facts.explanation and (left_open or verdict == "explained") and not found.seen_in_scatter:
-        # what takes nothing away on motions that it was not fitted to is no cause
-        nearer = found.untested or brings_nearer(evidence, found.nominal, best, rest)
-        if (left_open and rest.share >= 1) or not nearer:
-            best, bends = found.nominal, {}
-            facts = replace(facts, explanation=False, rest=rest_beside(best))
-            verdict = decide(facts)
+    if facts.explanation and not found.seen_in_scatter and _is_no_cause(evidence, found, verdict, rest):
+        best, bends = found.nominal, {}
+        facts = replace(facts, explanation=False, rest=rest_beside(best))
+        verdict = decide(facts)
     told = Judgement(
         verdict=verdict,
         best=best,
@@ -167,6 +163,16 @@ def judge(evidence: Evidence, found: SearchResult, options: Options) -> Judgemen
     if held_out is None or decide(replace(facts, rest_held_out=None)) in ("partly", "unexplained"):
         return told
     return _in_held_out_runs(evidence, told, held_out)
+
+
+def _is_no_cause(evidence: Evidence, found: SearchResult, verdict: Verdict, rest: Rest) -> bool:
+    """Whether what was found takes nothing away on motions that it was not fitted to. ``partly`` has closed half."""
+    left_open = verdict == "unexplained" and rest.is_too_much
+    if verdict != "explained" and not left_open:
+        return False
+    if left_open and rest.share >= 1:
+        return True
+    return not found.untested and not brings_nearer(evidence, found.nominal, found.best, rest)
 
 
 def _shows_where_held_out(evidence: Evidence, nominal: Trial) -> bool:

@@ -8,9 +8,11 @@ from sessions import bench, make_session, snake
 
 from snakebot.diagnosis import Diagnosis, diagnose
 from snakebot.diagnosis.evidence.data import prepare
+from snakebot.diagnosis.evidence.gather import gather
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
+from snakebot.diagnosis.fit.trial import against_nominal
 from snakebot.diagnosis.search.candidates import kinds
-from snakebot.diagnosis.search.everyday import is_worn
+from snakebot.diagnosis.search.everyday import everyday_terms, is_worn, other_kinds
 from snakebot.diagnosis.search.library import usable_effects
 from snakebot.effects.registry import find_effect
 
@@ -65,6 +67,36 @@ def test_a_dead_band_of_another_kind_is_told_as_what_it_is_beside_the_wear() -> 
     assert "hard=1" in band.specification
     assert band.parameters["width_deg"].estimate == pytest.approx(4, abs=0.1)
     assert found.verdict == "explained"
+
+
+@pytest.mark.slow
+def test_hard_bands_of_all_joints_leave_the_delay_to_the_delay() -> None:
+    """Soft bands take half of the delay into their width."""
+    worn = (
+        "command_delay:delay_s=0.012+0.02+0.016,joints=1+2+3",
+        "servo_offset:offset_deg=0.4+-0.5+0.3,joints=1+2+3",
+        "deadband:width_deg=1.6+1.2+2,hard=1,joints=1+2+3",
+    )
+    found = diagnose(make_session(bench(3), worn, gaits=GAITS), quick=True)
+    (band,) = [c for c in found.causes if c.effect == "deadband"]
+    assert "hard=1" in band.specification
+    assert np.allclose(values(found, "deadband", "width_deg"), (1.6, 1.2, 2), atol=0.1)
+    assert np.allclose(values(found, "command_delay", "delay_s"), (0.012, 0.02, 0.016), atol=0.002)
+    assert found.verdict == "explained"
+
+
+def test_a_dead_band_has_another_everyday_kind_and_play_has_none() -> None:
+    nominal, evidence = against_nominal(gather(prepare(make_session(snake()))))
+    assert nominal.hypothesis == Hypothesis()
+    library = usable_effects(evidence.data, over_ground=False)
+    others = {term.effect: other_kinds(evidence, library, term) for term in everyday_terms(library)}
+    (band,) = others.pop("deadband")
+    assert ("hard", 1.0) in band.fixed
+    assert not any(others.values())
+    hard = library.of_kinds([band])
+    assert band in everyday_terms(hard)
+    assert is_worn(hard, Hypothesis((band,)))
+    assert not is_worn(library, Hypothesis((band,)))
 
 
 def test_play_that_the_load_takes_up_is_a_fault_and_plain_play_is_wear() -> None:

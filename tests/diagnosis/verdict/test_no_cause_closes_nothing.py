@@ -13,6 +13,7 @@ from snakebot.diagnosis.fit.trial import against_nominal, trial_at
 from snakebot.diagnosis.options import Options
 from snakebot.diagnosis.search.search import SearchResult
 from snakebot.diagnosis.verdict.decision import judge
+from snakebot.diagnosis.verdict.rest import brings_nearer, rest_of
 
 
 @pytest.mark.parametrize(("offset_deg", "closes"), [(-0.5, False), (0.5, True)])
@@ -21,6 +22,7 @@ def test_an_explanation_that_closes_nothing_is_none(offset_deg: float, closes: b
     nominal, evidence = against_nominal(gather(prepare(make_session(bench(3), robot_off))))
     offset = trial_at(evidence, Hypothesis((Term("servo_offset", None),)), np.array([offset_deg]))
     found = SearchResult(evidence, nominal, offset, singles=(offset,), rivals=((),), path=(nominal, offset))
+    assert brings_nearer(evidence, nominal, offset, rest_of(evidence, nominal, offset)) == closes
     judgement = judge(evidence, found, Options())
     assert judgement.verdict == "unexplained"
     assert judgement.best is (offset if closes else nominal)

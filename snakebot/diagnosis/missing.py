@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.arrays import Floats
-from snakebot.diagnosis.evidence.data import CLEAN_LOSS, MIN_SAMPLES, holes, motion_numbers
+from snakebot.diagnosis.evidence.data import CLEAN_LOSS, FEWEST_TO_COMPARE, MIN_SAMPLES, holes, motion_numbers
 from snakebot.diagnosis.live import Experiment, starting_set
 from snakebot.diagnosis.proposal.motions import DURATION_S, known_motions
 from snakebot.diagnosis.sizes import LITTLE, MOST_TOLD, MUCH, OUTSTANDING
@@ -19,7 +19,6 @@ from snakebot.in_words import span
 from snakebot.runlog import Run, Session
 from snakebot.runlog.number_table import stem_and_suffix
 
-FEWEST_MOTIONS = 3  # that differ; chosen: two to fit, one to check on, as docs/diagnosis.md says
 SHORT_S = 8.0  # of a run with its ramps, below which it holds few cycles of a slow gait; chosen
 SMALL_DEG = 6.0  # swing of a motion that shows dead bands, play and friction; chosen
 
@@ -148,14 +147,14 @@ def _still_joints(runs: Sequence[Run], session: Session, way: _Commands) -> list
 def _too_few(runs: Sequence[Run], motions: Sequence[int], way: _Commands) -> list[Missing]:
     out = []
     kinds = len(set(motions))
-    if kinds < FEWEST_MOTIONS:
+    if kinds < FEWEST_TO_COMPARE:
         unlike = [c for c in way.gaits[:-1] if not any(_is(c, run) for run in runs)]
-        wanted = unlike[: FEWEST_MOTIONS - kinds] or way.gaits[: FEWEST_MOTIONS - kinds]
+        wanted = unlike[: FEWEST_TO_COMPARE - kinds] or way.gaits[: FEWEST_TO_COMPARE - kinds]
         only = (
             "one motion alone" if kinds == 1 else f"only {kinds} different motions" if kinds else "no motion"
         )
-        text = f"{only}: a cause is checked on gaits that it was not fitted to; record at least {FEWEST_MOTIONS}, of "
-        text += "different frequency and amplitude"
+        text = f"{only}: a cause is checked on gaits that it was not fitted to; record at least "
+        text += f"{FEWEST_TO_COMPARE}, of different frequency and amplitude"
         out.append(Missing("few motions", text, "; ".join(map(way.run, wanted))))
     if runs and kinds == len(runs):
         text = "no motion is recorded twice: the noise floor is that of the encoders alone"

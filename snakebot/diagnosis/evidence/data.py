@@ -43,7 +43,7 @@ APPLIED_RAD = 2e-3
 CLEAN_LOSS = 0.01
 QUARTERS = 4  # parts of a run, or of a cycle, that are looked at each for itself; chosen
 MIN_SAMPLES = 8  # of a joint in a run, or windows over ground, below which they tell nothing; chosen
-FEWEST_TO_COMPARE = 3  # strokes, repeats, runs or windows, to know how far apart such are; chosen
+FEWEST_TO_COMPARE = 3  # motions, strokes, repeats, runs, windows: to fit to some and check on others; chosen
 FEWEST_FOR_DELAY = 50  # samples of a run, below which nothing is said of delays in it; chosen
 
 

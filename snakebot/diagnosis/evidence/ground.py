@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.arrays import Floats, Ints
-from snakebot.diagnosis.evidence.data import BLOCK_S, HOLE_S, QUARTERS, Data, PreparedRun, holes
+from snakebot.diagnosis.evidence.data import BLOCK_S, HOLE_S, MIN_SAMPLES, QUARTERS, Data, PreparedRun, holes
 from snakebot.smoothing import smoothed
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ TURN_RESOLUTION_RAD_S = 0.003  # the same of a turn rate, rad/s; chosen
 SPEED_ACCURACY = 0.005  # relative error of a measured speed; chosen
 # Span of the cubics through a pose, and of what the pose may lack at either end of a window, s; chosen.
 POSE_SMOOTH_S = 0.2
-NOISE_DRAWS = 8  # of the noise of a pose, to see what it does to velocities; chosen
 # Begin and end, as shares of a run, of other spans that a forward speed may have been taken over; chosen.
 OTHER_SPANS = ((0.25, 1.0), (0.4, 0.9))
 
@@ -195,7 +194,7 @@ def _noise_square(t_s: Floats, pose: Floats, smooth: Floats, windows: Sequence[W
     white noise.
     """
     rng = np.random.default_rng(0)
-    white = [np.where(np.isfinite(pose), rng.normal(size=pose.shape), np.nan) for _ in range(NOISE_DRAWS)]
+    white = [np.where(np.isfinite(pose), rng.normal(size=pose.shape), np.nan) for _ in range(MIN_SAMPLES)]
     left = [_smoothed_pose(t_s, noise) for noise in white]
     taken = np.mean([_square(noise - rest) for noise, rest in zip(white, left, strict=True)], axis=0)
     scale = np.sqrt(np.divide(_square(pose - smooth), taken, out=np.zeros(3), where=taken > 0))

@@ -16,6 +16,7 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats
 from snakebot.diagnosis.fit.step import (
+    A_THOUSANDTH,
     Problem,
     Quadratic,
     Weights,
@@ -36,14 +37,10 @@ FULL_STEPS, SOME_STEPS, FEWEST_STEPS = 30, 10, 6
 # Share that a fit neglects: of the cost, below which a fall ends the fit of a unit; of such a fall, below which a step
 # promises too little to be tried; chosen.
 NEGLIGIBLE = 1e-4
-# Such a fall where a residual takes a body: a third of a standard error of a parameter, for samples that are alike for
-# a second, and a thirtieth of the score that counts as none; chosen.
-COSTLY_FALL = 1e-3
-DAMPING = 1e-3  # of a first step, share of the curvature; chosen
 LESS_DAMPING, MORE_DAMPING = 0.2, 8.0  # factors on it after a step that lowered the cost, or did not; chosen
 # Damping of the steps to a minimum near by that are tried, each if that before it did not lower the cost: in one
 # dimension the whole step, two thirds, a fifth and a thirtieth of it; chosen.
-DAMPED_MORE = (DAMPING, *(HALF * MORE_DAMPING**k for k in range(SOME - 1)))
+DAMPED_MORE = (A_THOUSANDTH, *(HALF * MORE_DAMPING**k for k in range(SOME - 1)))
 MOST_DAMPING = 1e5  # beyond which a unit is done: its steps have no length any more; chosen
 # Allowed spread over the mean square of the residual, that makes the cost a sum of squares; chosen.
 WIDE = 30.0
@@ -103,11 +100,11 @@ def minimise(problem: Problem, start: Floats, most_steps: int, *, covariance: bo
     residual = problem.residual(from_scale(z, problem))
     cost, weight = weights.cost(residual)
     evaluations = 1
-    damping, length = np.full(units, DAMPING), np.ones(units)
+    damping, length = np.full(units, A_THOUSANDTH), np.ones(units)
     # Where a residual takes a body, a failure must not be repeated nearly unchanged. Elsewhere it may be: the damping
     # that ends that also turns the step, which leads further along a narrow valley.
     costly = problem.is_costly
-    small_fall = COSTLY_FALL if costly else NEGLIGIBLE
+    small_fall = A_THOUSANDTH if costly else NEGLIGIBLE
     active = np.ones(units, dtype=bool)
     jacobian, stale, whole = np.zeros((0, *residual.shape)), True, True
     guessed = np.zeros(units, dtype=bool)  # units whose slopes were carried along by a secant
@@ -204,7 +201,7 @@ def approach(problem: Problem, start: Floats) -> Floats:
         cost = float(weights.cost(left)[0].sum())
         if not cost < least:
             break
-        small = least - cost <= COSTLY_FALL * cost
+        small = least - cost <= A_THOUSANDTH * cost
         best, least = tried, cost
         if small:
             break

@@ -15,9 +15,12 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.fit.parallel import in_parallel
+from snakebot.diagnosis.sizes import NO_PERCENT
 
-STEP = 1e-3  # of finite differences, share of a parameter's range; chosen
-LOG_STEP = 5e-3  # the same of the logarithm of a parameter that is fitted on a logarithmic scale; chosen
+# Of a parameter's range, that a finite difference takes; of the curvature, that damps a first step; of the cost, that
+# ends a fit where a residual takes a body: a third of a standard error of a parameter, for samples that are alike for a
+# second, and a thirtieth of the score that counts as none; chosen.
+A_THOUSANDTH = 1e-3
 LEAST_CURVATURE = 1e-12  # of the cost along a parameter, below which the parameter does nothing; chosen
 
 
@@ -208,7 +211,7 @@ def _differences(
     """``jacobian_at`` by the problem itself; zeros for parameters (p,) other than ``only``, all if None."""
     wanted = (np.ones(z.shape[0], dtype=bool) if active is None else active)[problem.unit]
     chosen = np.ones(z.shape[1], dtype=bool) if only is None else only
-    small = np.where(problem.logarithmic, LOG_STEP, STEP * (problem.high - problem.low))
+    small = np.where(problem.logarithmic, NO_PERCENT, A_THOUSANDTH * (problem.high - problem.low))
     out = _slopes_over(problem, z, residual, small, wanted, np.flatnonzero(chosen).tolist())
     if problem.stride is not None:
         flat = (chosen & (problem.stride > 0))[:, None] & wanted & ~out.any(axis=1)

@@ -15,8 +15,9 @@ from snakebot.diagnosis.sizes import CLEAR_SE, HALF, LITTLE, NEXT_TO_NOTHING, NO
 from snakebot.effects.registry import find_effect
 
 MOST_LEFT = 0.08  # share of the gap that what explains it may leave over beyond noise and tolerance; chosen
-# Held-out score that an effect must gain on the blocks that it changes: a tenth of their mean square; chosen.
-LEAST_GAIN = 0.05
+# Held-out score, half of a logarithm, that an effect must gain on the blocks that it changes: a tenth of their mean
+# square.
+LEAST_GAIN = HALF * LITTLE
 
 
 def touched(scoring: Scoring, trial: Trial, base: Trial) -> Bools:

@@ -42,8 +42,10 @@ def traces(
         off = gap if others is None else _square_of(angles, shown, others)
 
         def plain(key: tuple[int, int], off: dict[tuple[int, int], float] = off) -> float:
-            """What the cause takes away, times its part of the gap: much of it, and little of others."""
-            return max(off[key] - left[key], 0.0) ** 2 / max(gap[key], 1e-30)
+            """What the cause takes away, times its part of the gap: much of it, and little of others. Nothing where all
+            causes together are further off than none: no picture of what they do.
+            """
+            return max(off[key] - left[key], 0.0) ** 2 / gap[key] if left[key] < gap[key] else 0.0
 
         run, joint = max(where, key=lambda key: (plain(key), -key[0], -key[1]))
         seen.add(angles.data.runs[run].motion)

@@ -62,8 +62,8 @@ def test_the_soft_servo_is_found_as_the_page_says(lab: Path, capsys: pytest.Capt
     assert len(soft) == 3
     for line in soft:
         assert line in printed
-    assert "RMS difference of all joints: 0.721 deg" in printed
-    assert "stiffness 1.66 N m/rad" in printed
+    assert "RMS difference of all joints: 0.398 deg" in printed
+    assert "stiffness 1.57 N m/rad" in printed
 
 
 def test_the_page_writes_what_its_pictures_are_drawn_from() -> None:

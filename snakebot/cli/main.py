@@ -13,7 +13,7 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 import click
 
@@ -105,9 +105,9 @@ def cli() -> None:
     """Drive a servo snake robot, simulate it, and find out why the two differ."""
 
 
-def _write_no_more() -> None:
+def _write_no_more(stream: TextIO) -> None:
     """What is still buffered goes nowhere: Python would try to write it at the end, and complain."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 # click's words for what was typed, in the reader's.
@@ -119,8 +119,13 @@ _PLAINER = {
 
 
 def _say(line: str) -> None:
-    with contextlib.suppress(OSError):  # a terminal that has been closed
+    try:
         click.echo(f"snakebot: {line}", err=True)
+    except (
+        OSError
+    ):  # a terminal that has been closed; Python before 3.11.4 would end with a status of its own
+        with contextlib.suppress(OSError, ValueError):
+            _write_no_more(sys.stderr)
 
 
 def _show_warning(message: Warning | str, *_: object, **__: object) -> None:
@@ -152,11 +157,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _say(str(error))
         sys.exit(error.exit_status)
     except (_ReaderGoneError, BrokenPipeError):
-        _write_no_more()
+        _write_no_more(sys.stdout)
         sys.exit(0)
     except Exception as error:
         if isinstance(error, OSError) and error.filename is None and error.errno in NO_ROOM:
-            _write_no_more()
+            _write_no_more(sys.stdout)
             _say(f"standard output cannot be written: {error.strerror}")
             sys.exit(EXIT_LOG)
         if os.environ.get("SNAKEBOT_DEBUG"):

@@ -121,9 +121,8 @@ _PLAINER = {
 def _say(line: str) -> None:
     try:
         click.echo(f"snakebot: {line}", err=True)
-    except (
-        OSError
-    ):  # a terminal that has been closed; Python before 3.11.4 would end with a status of its own
+    except OSError:  # a terminal that has been closed
+        # Python before 3.11.4 would try to write it at the end, and end with a status of its own
         with contextlib.suppress(OSError, ValueError):
             _write_no_more(sys.stderr)
 

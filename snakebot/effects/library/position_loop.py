@@ -166,7 +166,7 @@ class PositionLoop(Effect):
             rest = max(observed.over(observed.residual_rms_rad, joints, 0.1), 0.01)
             return [self._start(load / rest, lag, load, 0.0, 0.0)]
         full = self.parameter("full_drive_deg")
-        stated = _stated_down_rad(robot)
+        stated = _of_arm(robot, layout.ARM_DOWN_RAD)
         return [
             {
                 **self._start(stiffness, lag, gravity, inertia, math.degrees(down - stated)),
@@ -214,7 +214,7 @@ def _swing(observed: Observed) -> float | None:
     def residual(x: Floats) -> Floats:
         row = layout.nominal_parameters(1, 0.0)
         row[0, layout.ARM_GRAVITY_NM], row[0, layout.ARM_DOWN_RAD] = gravity, down
-        row[0, layout.ARM_INERTIA_KG_M2] = _arm_inertia(observed.robot)
+        row[0, layout.ARM_INERTIA_KG_M2] = _of_arm(observed.robot, layout.ARM_INERTIA_KG_M2)
         row[0, layout.LOOP_STIFFNESS_NM_RAD] = 1.0  # without power any will do
         row[0, layout.ARMATURE_KG_M2] = math.exp(x[0])
         row[0, layout.LOOP_COULOMB_NM], row[0, layout.LOAD_FRICTION] = np.abs(x[1:]) * (gravity, 1.0)
@@ -227,16 +227,11 @@ def _swing(observed: Observed) -> float | None:
     return math.exp(found.x[0]) if rest < SWING_CLOSED * spread else None
 
 
-def _arm_inertia(robot: Robot) -> float:
+def _of_arm(robot: Robot, column: int) -> float:
+    """What is stated of the arm: a column of the servos' table."""
     from snakebot.effects.stages import assemble
 
-    return float(assemble(robot, ()).servo_rows[0, layout.ARM_INERTIA_KG_M2])
-
-
-def _stated_down_rad(robot: Robot) -> float:
-    from snakebot.effects.stages import assemble
-
-    return float(assemble(robot, ()).servo_rows[0, layout.ARM_DOWN_RAD])
+    return float(assemble(robot, ()).servo_rows[0, column])
 
 
 def _swung(row: Floats, t_s: Floats, angle_rad: Floats) -> Floats:

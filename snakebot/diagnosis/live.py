@@ -11,7 +11,7 @@ from math import degrees
 from typing import TYPE_CHECKING
 
 from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S, WrittenGait, known_motions
-from snakebot.diagnosis.sizes import NEARLY_ALL, SURE
+from snakebot.diagnosis.sizes import LITTLE, NEARLY_ALL, SURE
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion, Probe, check_motion, parse_probe
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 BUDGET = 9  # runs: the starting set, and four to separate what is left; chosen
 _SMALLER = NEARLY_ALL  # a gait beyond the robot's limits is tried with so much of its amplitude
-_TIMES = 12  # such tries at most; chosen
 
 
 @dataclass(frozen=True)
@@ -159,14 +158,14 @@ def numbered(gaits: Sequence[Gait]) -> list[Experiment]:
 
 def _fitted(robot: Robot, wanted: WrittenGait) -> Gait | None:
     """The gait with as much of its amplitude as is safe; None where hardly any is."""
-    for _ in range(_TIMES):
-        gait = wanted.gait
+    least_deg = LITTLE * wanted.alpha_deg
+    while wanted.alpha_deg > least_deg:
         try:
-            check_motion(GaitMotion(gait, robot.joints, DURATION_S, RAMP_S), robot)
+            check_motion(GaitMotion(wanted.gait, robot.joints, DURATION_S, RAMP_S), robot)
         except BadInputError:
             wanted = replace(wanted, alpha_deg=round(wanted.alpha_deg * _SMALLER, 2))
             continue
-        return gait
+        return wanted.gait
     return None
 
 

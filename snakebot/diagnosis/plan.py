@@ -6,7 +6,6 @@ at the size of its example, on all joints. What is seized, broken or wired wrong
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -17,6 +16,7 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import Evidence, gather
+from snakebot.diagnosis.evidence.ground import HEADING_NOISE_RAD, POSE_NOISE_M
 from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.live import Experiment, numbered, starting_set
@@ -38,7 +38,6 @@ from snakebot.runlog import Run, Session
 if TYPE_CHECKING:
     from snakebot.robot import Robot
 
-POSE_NOISE_M, HEADING_NOISE_RAD = 1e-3, math.radians(0.3)  # of a camera above the robot, m and rad; chosen
 BETWEEN_RUNS_S = 20.0  # to put the robot back, s; chosen
 EffectPair = tuple[str, str]
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.sizes import NEARLY_ALL
+from snakebot.diagnosis.sizes import CLEARLY_MORE, NEARLY_ALL, OUTSTANDING
 from snakebot.robust import MAD_TO_STD
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 # Robust standard deviations off its neighbours, and encoder counts at least, that make a lone sample a bad reading;
 # chosen: no noise gets there.
-SPIKE = 8.0
+SPIKE = CLEARLY_MORE * OUTSTANDING
 # After a servo was without power, in which its state is not known, s; chosen. Shorter than ``SETTLED`` time constants:
 # where the joint is, its readings tell; a prediction goes on from them.
 WAKE_UP_S = 0.05
@@ -44,7 +44,9 @@ CLEAN_LOSS = 0.01
 QUARTERS = 4  # parts of a run, or of a cycle, that are looked at each for itself; chosen
 MIN_SAMPLES = 8  # of a joint in a run, or windows over ground, below which they tell nothing; chosen
 FEWEST_TO_COMPARE = 3  # motions, strokes, repeats, runs, windows: to fit to some and check on others; chosen
-FEWEST_FOR_DELAY = 50  # samples of a run, below which nothing is said of delays in it; chosen
+# Samples of all runs together, below which nothing can be told; of one run, below which no delay is; of a difference
+# between runs, below which it is not said what it depends on; chosen.
+FEWEST_SAMPLES = 40
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,19 +18,23 @@ import numpy as np
 
 from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.data import BLOCK_S, HOLE_S, MIN_SAMPLES, QUARTERS, Data, PreparedRun, holes
+from snakebot.diagnosis.sizes import HALF, MUCH
 from snakebot.smoothing import smoothed
 
 if TYPE_CHECKING:
     from snakebot.physics import ChainModel
 
 
-SPEED_RESOLUTION_M_S = 0.001  # of a treadmill or camera at best, m/s; chosen
-TURN_RESOLUTION_RAD_S = 0.003  # the same of a turn rate, rad/s; chosen
+# Noise of a pose at best: of a camera above the robot, m and rad; chosen. A treadmill's speed is no better known than
+# by how far such a pose goes in a block.
+POSE_NOISE_M, HEADING_NOISE_RAD = 1e-3, 3e-3
 SPEED_ACCURACY = 0.005  # relative error of a measured speed; chosen
 # Span of the cubics through a pose, and of what the pose may lack at either end of a window, s; chosen.
 POSE_SMOOTH_S = 0.2
-# Begin and end, as shares of a run, of other spans that a forward speed may have been taken over; chosen.
-OTHER_SPANS = ((0.25, 1.0), (0.4, 0.9))
+OTHER_BEGINS = (
+    MUCH,
+    HALF,
+)  # shares of a run, from which to its end a forward speed may have been taken as well
 
 FORWARD, LATERAL, TURN = range(3)  # kinds of features of the motion over ground, by definition
 
@@ -293,8 +297,8 @@ def doubt(
     base = predicted(ground, data, angle_rad, model)
     shaken = np.nan_to_num(predicted(ground, data, noisier_rad, model) - base)
     total = np.square(shaken)
-    for span in OTHER_SPANS:
-        other = replace(ground, windows=tuple(_other_span(data, window, *span) for window in ground.windows))
+    for begin in OTHER_BEGINS:
+        other = replace(ground, windows=tuple(_from(data, window, begin) for window in ground.windows))
         if other.windows != ground.windows:
             total += 0.5 * np.square(predicted(other, data, angle_rad, model) - base)
     return np.nan_to_num(total), shaken
@@ -321,12 +325,12 @@ def tolerance_marks(
     )
 
 
-def _other_span(data: Data, window: Window, start: float, end: float) -> Window:
-    """Another span that a speed may have been taken over, from and to a share of the run."""
+def _from(data: Data, window: Window, share: float) -> Window:
+    """Another span that a speed may have been taken over, from a share of the run to its end."""
     if not window.speed_only:
         return window
     length_s = data.runs[window.run].duration_s
-    return replace(window, start_s=start * length_s, end_s=end * length_s)
+    return replace(window, start_s=share * length_s, end_s=length_s)
 
 
 def _floor(
@@ -341,7 +345,7 @@ def _floor(
     the noise of its pose.
     """
     least = np.where(
-        kind == TURN, TURN_RESOLUTION_RAD_S, SPEED_RESOLUTION_M_S + SPEED_ACCURACY * np.abs(value)
+        kind == TURN, HEADING_NOISE_RAD / BLOCK_S, POSE_NOISE_M / BLOCK_S + SPEED_ACCURACY * np.abs(value)
     )
     # run and value of each (n-th window, kind, with a heading or without)
     place: dict[tuple[int, int, bool], list[tuple[int, float]]] = {}

@@ -14,14 +14,13 @@ from snakebot.diagnosis.evidence import ground as ground_motion
 from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.floor import Floor
 from snakebot.diagnosis.evidence.simulator import Simulator
-from snakebot.diagnosis.evidence.tolerance import CREDIBLE, bounded_share
+from snakebot.diagnosis.evidence.tolerance import bounded_share
 from snakebot.smoothing import smoothed
 
 if TYPE_CHECKING:
     from snakebot.physics import ChainModel
-from snakebot.diagnosis.sizes import HALF, LITTLE, MUCH
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, HALF, LITTLE, MUCH
 
-SUBSTEPS = 5  # that a sample's interval is cut into at least, for the motion between samples; chosen
 # How far apart the steps are at most, s. Measured with a servo of 30 ms behind set-points at 50 Hz: steps of 4 ms give
 # another ripple altogether, steps of 2 ms the same within a fifth.
 SUBSTEP_S = 0.001
@@ -59,9 +58,9 @@ class GroundTolerance:
         """
         by_run = np.stack([np.where(run == r, ripple, 0.0) for r in np.unique(run)], axis=1)
         kinds = (
-            (numbers, -CREDIBLE, CREDIBLE, 1.0),
+            (numbers, -BEYOND_CHANCE, BEYOND_CHANCE, 1.0),
             (np.column_stack([ripple, shaken]), 0.0, 1.0, ADDED_SPREAD),
-            (by_run, -CREDIBLE * RIPPLE_SPREAD, CREDIBLE * RIPPLE_SPREAD, RIPPLE_SPREAD),
+            (by_run, -BEYOND_CHANCE * RIPPLE_SPREAD, BEYOND_CHANCE * RIPPLE_SPREAD, RIPPLE_SPREAD),
         )
         box = np.concatenate([np.tile(kind[1:], (kind[0].shape[1], 1)) for kind in kinds])
         marks = np.column_stack([kind[0] for kind in kinds])
@@ -147,7 +146,7 @@ def _between_samples(
     Held set-points make an ideal servo ripple between the samples, which costs speed that no replay of samples sees.
     A real servo ripples less.
     """
-    parts = [max(SUBSTEPS, ceil(run.period_s / SUBSTEP_S)) for run in data.runs]
+    parts = [ceil(run.period_s / SUBSTEP_S) for run in data.runs]
     fine = [simulator.between_samples(i, p) for i, p in enumerate(parts)]
     whole = ground_motion.predicted(ground, data, [a for _, a in fine], model, t_s=[t for t, _ in fine])
     coarse = [smoothed(run.t_s, angle) for run, angle in zip(data.runs, nominal, strict=True)]

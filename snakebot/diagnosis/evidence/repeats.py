@@ -14,15 +14,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.evidence.data import FEWEST_TO_COMPARE, MIN_SAMPLES, QUARTERS, Data, PreparedRun
+from snakebot.diagnosis.evidence.data import (
+    FEWEST_SAMPLES,
+    FEWEST_TO_COMPARE,
+    MIN_SAMPLES,
+    QUARTERS,
+    Data,
+    PreparedRun,
+)
 from snakebot.diagnosis.evidence.operators import play
-from snakebot.diagnosis.sizes import BEYOND_CHANCE, HALF, MOST_TOLD, MUCH, NEARLY_ALL, OUTSTANDING
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, HALF, LITTLE, MOST_TOLD, MUCH, NEARLY_ALL, OUTSTANDING
 from snakebot.in_words import numbered
 from snakebot.runlog.matching.motion import same_motion
 
-FEWEST_COMPARED = 24  # samples, below which nothing is said about what a difference depends on; chosen
-# Mean square of the predicted part over that of the runs' gaps, under which it hides none of them; chosen.
-LEAST_OF_GAP = 0.02
+# Mean square of the predicted part over that of the runs' gaps, under which it hides none of them: little, in
+# angles.
+LEAST_OF_GAP = LITTLE * LITTLE
 # Usual steps in time, that lost readings are interpolated over at most; chosen. Fewer than ``ticks.LONGEST_BRIDGED``,
 # which is for set-points: they lie on a smooth curve, and what readings differ by is told from their noise.
 MOST_BRIDGED = 4.0
@@ -137,7 +144,7 @@ def _with_prediction(
     """
     a, b = runs
     rows, joint = one.rows, one.joint
-    if rows.size < FEWEST_COMPARED:
+    if rows.size < FEWEST_SAMPLES:
         return one
     reading = nominal[0][:, joint]
     rate = np.gradient(reading, a.t_s)[rows]
@@ -191,7 +198,7 @@ def _with_changes(data: Data, pairs: list[RepeatedPair]) -> list[RepeatedPair]:
         least: dict[int, float] = {}
         for pair in pairs:
             for d in pair.differences:
-                if d.joint == joint and d.rows.size >= FEWEST_COMPARED:
+                if d.joint == joint and d.rows.size >= FEWEST_SAMPLES:
                     motion = data.runs[pair.one].motion
                     least[motion] = min(least.get(motion, np.inf), d.rms_rad)
         if len(least) >= FEWEST_TO_COMPARE:

@@ -9,15 +9,13 @@ import numpy as np
 
 from snakebot.analysis.channels import doubts_of_runs
 from snakebot.analysis.standstill import standstill_lines
-from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, MIN_SAMPLES, Data, repeated
-from snakebot.diagnosis.sizes import HALF, MUCH, OUTSTANDING
+from snakebot.diagnosis.evidence.data import FEWEST_SAMPLES, MIN_SAMPLES, Data, repeated
+from snakebot.diagnosis.sizes import HALF, MOST_TOLD, MUCH, OUTSTANDING
 from snakebot.errors import BadInputError
 from snakebot.runlog import Run, Session
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
 LEAD_S = 0.04  # by which commands are shifted to see whether readings run ahead of them, s; chosen
-MOST_LISTED = 5  # names in a line; chosen
-FEWEST_IN_ALL = 40  # samples of all runs together, below which nothing can be told; chosen
 
 
 def check_session(session: Session) -> list[str]:
@@ -41,9 +39,9 @@ def check_session(session: Session) -> list[str]:
     if all(run.hold_out for run in runs if len(run) >= MIN_SAMPLES):
         few = f" of at least {MIN_SAMPLES} samples" if short else ""
         raise BadInputError(f"{where}: every run{few} is marked hold_out: nothing is left to fit")
-    if sum(len(run) for run in runs) < FEWEST_IN_ALL:
+    if sum(len(run) for run in runs) < FEWEST_SAMPLES:
         raise BadInputError(
-            f"{where}: {sum(len(run) for run in runs)} samples in all; at least {FEWEST_IN_ALL} are needed"
+            f"{where}: {sum(len(run) for run in runs)} samples in all; at least {FEWEST_SAMPLES} are needed"
         )
     warnings = [f"{_names(short)}: shorter than {MIN_SAMPLES} samples, left out"] if short else []
     _check_units(where, runs)
@@ -89,7 +87,7 @@ def leading_joints(data: Data) -> list[int]:
         ahead = behind = 0.0
         for run in data.runs:
             use = run.use[:, joint]
-            if use.sum() < FEWEST_FOR_DELAY:
+            if use.sum() < FEWEST_SAMPLES:
                 continue
             shift = max(LEAD_S, 2 * run.period_s)
             t = run.t_s[use]
@@ -219,8 +217,8 @@ def _check_copies(where: str, session: Session) -> list[str]:
 
 
 def _names(names: Sequence[str]) -> str:
-    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
-    return ", ".join(names[:MOST_LISTED]) + more
+    more = f" and {len(names) - MOST_TOLD} more" if len(names) > MOST_TOLD else ""
+    return ", ".join(names[:MOST_TOLD]) + more
 
 
 def _numbers(joints: Sequence[int]) -> str:

@@ -13,15 +13,13 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
-from snakebot.diagnosis.evidence.data import MORE_THAN_A_STEP, Data
+from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.gap import CERTAIN_RATIO
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.simulator import Simulator
-from snakebot.diagnosis.evidence.ticks import is_slow, row_s
+from snakebot.diagnosis.evidence.ticks import LONGEST_BRIDGED, is_slow, row_s
 from snakebot.diagnosis.evidence.tolerance import ShiftLimits
 from snakebot.diagnosis.sizes import CLEARLY_MORE, HALF, MUCH
-
-TICKS_S = (0.05, 0.02, 0.01, 0.005, 0.002)  # intervals of set-points that are tried, s; chosen
 
 
 def with_ticks(evidence: Evidence) -> Data | None:
@@ -47,12 +45,12 @@ def with_ticks(evidence: Evidence) -> Data | None:
     if (held <= CERTAIN_RATIO * angles.allowed_square).all():
         return None
     best: tuple[float, Data] | None = None
-    for tick_s in TICKS_S:
-        if slowest <= MORE_THAN_A_STEP * tick_s:
-            continue
+    for ticks in range(2, int(LONGEST_BRIDGED) + 1):
         other = replace(
             data,
-            runs=tuple(replace(run, tick_s=tick_s) if run.tick_s is None else run for run in data.runs),
+            runs=tuple(
+                replace(run, tick_s=slowest / ticks) if run.tick_s is None else run for run in data.runs
+            ),
         )
         made = squares([p.reading_rad for p in Simulator(other).predict(())])
         left = float(np.log1p(made / angles.allowed_square).mean())

@@ -19,23 +19,20 @@ import numpy as np
 
 from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.within_bounds import minimum_within
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, NEXT_TO_NOTHING
 from snakebot.physics.compiled import jit
 from snakebot.robot import Robot
 
-# Standard deviations that a stated number may be off by before that is a gap; chosen: of 1000 sound servos one is
-# further off. The distance of all that bears on the motion over ground, together, is bounded by the same: of 216
-# robots without an effect (seeds 5, 7 and 8 of the blind check, opened) one came to 3.5, one to 3.4, the others to 3.2.
-CREDIBLE = 3.3
 SHAPE_TOLERANCE = 0.02  # share of what the nominal lag changes, that a sound servo may differ by; chosen
-# Iterations of the reweighted least squares at most, and the change of a share, in standard deviations, from which on
-# it goes on; chosen. Three are the rule; where a whole run is off at first, forty have been seen.
-REWEIGHTED, AT_REST = 50, 0.02
+# Iterations of the reweighted least squares at most; chosen. Three are the rule; where a whole run is off at first,
+# forty have been seen.
+REWEIGHTED = 50
 SAG_TOLERANCE_RAD_NM = 2e-3  # to which a sound servo holds its angle under load, rad per N m; chosen
 
 
 def shift_limit_s(robot: Robot) -> float:
     """How much later or earlier than stated a joint may be."""
-    return CREDIBLE * math.hypot(robot.lag_spread_s, robot.tolerance.delay_s)
+    return BEYOND_CHANCE * math.hypot(robot.lag_spread_s, robot.tolerance.delay_s)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +58,7 @@ class ShiftLimits:
             sorted(set_together, key=len, reverse=True)
         ):  # the narrowest says most
             group[list(joints)] = number
-            each[list(joints)] = CREDIBLE * robot.lag_spread_s if len(joints) > 1 else 0.0
+            each[list(joints)] = BEYOND_CHANCE * robot.lag_spread_s if len(joints) > 1 else 0.0
         return ShiftLimits(each, group)
 
     @staticmethod
@@ -212,7 +209,7 @@ def bounded_share(
         before = share
         share = minimum_within(curvature, matrix.T @ (weight * wanted), least, most, share)
         left = wanted - matrix @ share
-        if np.abs((share - before) / spread).max() < AT_REST:
+        if np.abs((share - before) / spread).max() < NEXT_TO_NOTHING:
             break
     distance = float(np.linalg.norm(share / spread))
-    return share if distance <= CREDIBLE else share * (CREDIBLE / distance)
+    return share if distance <= BEYOND_CHANCE else share * (BEYOND_CHANCE / distance)

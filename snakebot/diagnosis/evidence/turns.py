@@ -13,8 +13,6 @@ from snakebot.runlog import Run, Session
 
 # Of a reading in one sample, less than a whole turn by what the joint moves meanwhile, and beyond what it can: chosen.
 LEAP_RAD = 1.5 * np.pi
-# The same of a command, which may make large steps of its own; chosen.
-COMMAND_LEAP_RAD = 1.75 * np.pi
 
 
 def run_on(session: Session) -> tuple[Session, list[str]]:
@@ -23,7 +21,7 @@ def run_on(session: Session) -> tuple[Session, list[str]]:
     Commands of such a joint, too, are made to run on. Which turn a run begins in is not known: it is the one nearest
     to its commands, and to the other runs.
     """
-    leaps = {run.name: _leaps(run.t_s, run.measured_rad, LEAP_RAD) for run in session.runs}
+    leaps = {run.name: _leaps(run.t_s, run.measured_rad) for run in session.runs}
     wrapped = np.zeros(session.robot.joints, dtype=bool)
     for leap in leaps.values():
         wrapped |= leap.any(axis=0)
@@ -42,19 +40,19 @@ def run_on(session: Session) -> tuple[Session, list[str]]:
     return replace(session, runs=tuple(runs)), lines
 
 
-def _leaps(t_s: Floats, angle_rad: Floats, least_rad: float) -> Bools:
+def _leaps(t_s: Floats, angle_rad: Floats) -> Bools:
     """(N - 1, k) steps between samples that are a turn, nearly."""
     with np.errstate(invalid="ignore"):
-        far = np.abs(np.diff(angle_rad, axis=0)) > least_rad
+        far = np.abs(np.diff(angle_rad, axis=0)) > LEAP_RAD
     return np.asarray(far & (np.diff(t_s) <= HOLE_S)[:, None])
 
 
 def _joint_run_on(run: Run, joint: int) -> Run:
     """A run in which the angles of a joint go on where they leapt."""
     measured, command = run.measured_rad.copy(), run.command_rad.copy()
-    for angle, least in ((measured, LEAP_RAD), (command, COMMAND_LEAP_RAD)):
+    for angle in (measured, command):
         column = angle[:, joint]
-        leaps = _leaps(run.t_s, column[:, None], least)[:, 0]
+        leaps = _leaps(run.t_s, column[:, None])[:, 0]
         steps = np.where(leaps, np.nan_to_num(np.diff(column)), 0.0)
         angle[1:, joint] -= tau * np.cumsum(np.round(steps / tau))
     return replace(run, measured_rad=measured, command_rad=command)

@@ -29,21 +29,20 @@ from snakebot.diagnosis.fit.step import (
     sandwich,
     to_scale,
 )
-from snakebot.diagnosis.sizes import HALF, LITTLE, SOME
+from snakebot.diagnosis.sizes import HALF, LITTLE, NEXT_TO_NOTHING, SOME
 
 # Iterations of a fit; of one to the whole body, of all joints together, near the end of another or for a first look;
 # and of one of which each is costly, or that only prepares or mends another fit; chosen.
 FULL_STEPS, SOME_STEPS, FEWEST_STEPS = 30, 10, 6
 # Share that a fit neglects: of the cost, below which a fall ends the fit of a unit; of such a fall, below which a step
-# promises too little to be tried; chosen.
+# promises too little to be tried; of an undamped step, below which a damped one has no length any more; chosen.
 NEGLIGIBLE = 1e-4
-LESS_DAMPING, MORE_DAMPING = 0.2, 8.0  # factors on it after a step that lowered the cost, or did not; chosen
+MORE_DAMPING = (
+    8.0  # factor on it after a step that did not lower the cost, and its inverse after one that did; chosen
+)
 # Damping of the steps to a minimum near by that are tried, each if that before it did not lower the cost: in one
 # dimension the whole step, two thirds, a fifth and a thirtieth of it; chosen.
 DAMPED_MORE = (A_THOUSANDTH, *(HALF * MORE_DAMPING**k for k in range(SOME - 1)))
-MOST_DAMPING = 1e5  # beyond which a unit is done: its steps have no length any more; chosen
-# Allowed spread over the mean square of the residual, that makes the cost a sum of squares; chosen.
-WIDE = 30.0
 IDLE_RAD = 1e-7  # largest change of a residual that counts as none: what is fitted does nothing there; chosen
 
 
@@ -156,9 +155,9 @@ def minimise(problem: Problem, start: Floats, most_steps: int, *, covariance: bo
         cost = np.where(fell, trial_cost, cost)
         unsure = active & guessed & (small | ~fell)  # where slopes are guessed no end is believed
         damping = np.where(
-            fell, np.maximum(damping * LESS_DAMPING, 1e-9), np.where(unsure, damping, damping * MORE_DAMPING)
+            fell, np.maximum(damping / MORE_DAMPING, 1e-9), np.where(unsure, damping, damping * MORE_DAMPING)
         )
-        active &= (~small & (damping < MOST_DAMPING)) | unsure
+        active &= (~small & (damping * NEGLIGIBLE < 1)) | unsure
         if problem.secant:
             guessed |= fell
             stale = bool(unsure.any())
@@ -316,7 +315,7 @@ def wide_allowance(problem: Problem, residual: Floats) -> Floats:
         if used.any():
             names = np.unique(problem.block[:, columns][used])
             size = float(np.mean(np.square(residual[:, columns][used])))
-            out[names] = np.maximum(out[names], WIDE * size)
+            out[names] = np.maximum(out[names], size / NEXT_TO_NOTHING)
     return out
 
 

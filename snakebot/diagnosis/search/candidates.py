@@ -13,28 +13,16 @@ from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.blocks import BlockMap, mean_difference
 from snakebot.diagnosis.evidence.gap import beyond, gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.score import Scoring
+from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.hypothesis import Fixed, Hypothesis, Term, fixed_by
 from snakebot.diagnosis.fit.trial import Trial, each_joint
 from snakebot.diagnosis.search.candidate import Candidate, added, scaled, start_values
 from snakebot.diagnosis.search.ground_candidates import ground_candidates
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.sizes import HALF, LITTLE, MUCH, SOME
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEAR_SE, CLEARLY_MORE, HALF, LITTLE, MUCH, SOME
 from snakebot.effects.effect import Effect
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import find_effect
-
-HELPS_SE = 2.5  # standard errors that an effect must gain on a joint; chosen
-# The same where the first look takes the torques of the measured motion, with the noise of its readings: what scatters
-# is then mostly the look itself; chosen.
-HELPS_SE_ROUGH = 1.0
-# Score that it gains on a joint in all, above which the standard errors are not asked: what a limit does in a few
-# moments differs from one to the next by more than any noise; chosen, 20 times as likely.
-HELPS_TOTAL = 3.0
-# Score that it must gain there: 6 % of the mean square; chosen. Less than ``acceptance.LEAST_GAIN``, since it only says
-# on which joints an effect is tried: held-out gaits decide with the other whether it is accepted.
-HELPS_SCORE = 0.03
-START_FACTOR = 2.5  # by which a start is tried further from neutral as well, and nearer to it; chosen
 
 
 def candidates(evidence: Evidence, library: Library, base: Trial, effect: Effect) -> list[Candidate]:
@@ -57,7 +45,7 @@ def _spread(term: Term, starts: Sequence[Floats]) -> list[Floats]:
     """More starts about the given ones: a flat stretch on one side must not catch the search."""
     if not term.open:
         return [np.zeros(0)] if starts else []
-    factors = (1.0, 1 / START_FACTOR, START_FACTOR)
+    factors = (1.0, 1 / CLEARLY_MORE, CLEARLY_MORE)
     return [scaled(term, start, factor) for start, factor in product(starts, factors)]
 
 
@@ -142,7 +130,9 @@ def _of_kind(
         return _coupled(evidence.scoring, evidence.data.joints, library, base, effect, fixed, taken)
     runs, fit = each_joint(evidence, base, terms, starts)
     gains = [_joint_gain(evidence.angles, base, runs, fit.residual, j) for j in range(joints)]
-    clear_se = HELPS_SE_ROUGH if simulator.needs_body(first) else HELPS_SE
+    # Where a first look takes the torques of the measured motion, with the noise of its readings, what scatters is
+    # mostly the look itself: there one standard error will do.
+    clear_se = 1.0 if simulator.needs_body(first) else CLEAR_SE
     helped = [j for j in helped_joints(evidence.scoring, base, gains, clear_se) if j + 1 not in taken]
     if not helped:
         return []
@@ -240,13 +230,17 @@ def _block_squares(
 
 
 def helped_joints(scoring: Scoring, base: Trial, gains: Sequence[JointGain], clear_se: float) -> list[int]:
-    """0-based joints with a gap, on which the gain over ``base`` is clear by so many standard errors, or large."""
+    """0-based joints with a gap, on which the gain over ``base`` is clear by so many standard errors, or more in all
+    than chance comes to: what a limit does in a few moments differs from one to the next by more than any noise. Less
+    than ``acceptance.LEAST_GAIN`` will do: held-out gaits decide with that whether the effect is accepted.
+    """
     gap = gap_of(scoring, base.held_square).significant
     least = MUCH * max((g.total for j, g in enumerate(gains) if gap[j]), default=0.0)
+    beyond_chance = 0.5 * BEYOND_CHANCE**2  # log likelihood of so many standard deviations
     return [
         j
         for j, g in enumerate(gains)
-        if gap[j] and (g.z > clear_se or g.total > HELPS_TOTAL) and g.mean > HELPS_SCORE and g.total > least
+        if gap[j] and (g.z > clear_se or g.total > beyond_chance) and g.mean > ALIKE and g.total > least
     ]
 
 

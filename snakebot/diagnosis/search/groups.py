@@ -18,9 +18,8 @@ from snakebot.diagnosis.fit.hypothesis import Box
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.search.acceptance import lead, touched
-from snakebot.diagnosis.sizes import CLEAR_SE
+from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE
 
-ALIKE_AT_FLOOR = 0.15  # ``ALIKE`` where both leave nothing significant: sound robots differ by more; chosen
 # Share of a parameter's range, or of its value on a logarithmic scale, within which it is at its upper bound; a tenth
 # of that at the lower one; chosen.
 AT_BOUND = 0.01
@@ -49,8 +48,10 @@ def indistinguishable(evidence: Evidence, best: Trial, rivals: Sequence[Trial], 
 def _leads(scoring: Scoring, best: Trial, rival: Trial) -> bool:
     """Whether ``best`` is clearly ahead on the data itself."""
     seen = lead(scoring, best, rival)
-    enough = ALIKE_AT_FLOOR if not gap_of(scoring, rival.held_square).any else ALIKE
-    return seen.z >= CLEAR_SE and seen.mean >= enough
+    at_floor = not gap_of(
+        scoring, rival.held_square
+    ).any  # sound robots differ by more than what is ``ALIKE``
+    return seen.z >= CLEAR_SE and seen.mean >= (LITTLE if at_floor else ALIKE)
 
 
 def _apart(scoring: Scoring, truth: Trial, refit: Trial) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.blocks import mean_difference
-from snakebot.diagnosis.evidence.data import FEWEST_FOR_DELAY, Data, link_is_clean
+from snakebot.diagnosis.evidence.data import FEWEST_SAMPLES, Data, link_is_clean
 from snakebot.diagnosis.evidence.floor import Floor
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import Evidence
@@ -162,7 +162,7 @@ def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:
     lagged, power = 0.0, 0.0
     for run, reading, left in zip(data.runs, trial.readings, trial.left, strict=True):
         use = np.asarray(run.use.all(axis=1))
-        if use.sum() < FEWEST_FOR_DELAY:
+        if use.sum() < FEWEST_SAMPLES:
             continue
         rate: Floats = np.asarray(np.gradient(reading, run.t_s, axis=0))
         residual = np.where(use[:, None], left, 0.0)

@@ -22,7 +22,6 @@ from snakebot.diagnosis.sizes import HALF, LITTLE, MOST_TOLD, NEXT_TO_NOTHING
 from snakebot.effects.telling import joints_in_words
 from snakebot.in_words import listed, three
 
-MOST_LOOKS = 2  # causes of which it is said what to look at; chosen: one screen holds no more
 SOME_GAIT = "--alpha 66 --beta 80 --omega 2"  # to see effects in simulation: the example of the README
 ROBOT, RUN, SIMULATION = "On the robot", "Next run", "Simulation"
 
@@ -226,7 +225,7 @@ def advice(found: Diagnosis) -> list[Advice]:
     else:
         out += [
             Advice(ROBOT, _look(cause, found))
-            for cause in certainty.credible(found)[:MOST_LOOKS]
+            for cause in certainty.credible(found)[:MOST_TOLD]
             if _look(cause, found)
         ]
     if run is not None:

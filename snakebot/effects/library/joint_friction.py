@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 COULOMB_SHARE = 0.2
 STIFFNESS_SHARE = 0.12
 
-NO_FRICTION = 0.01  # share of the usual load, below which friction holds nothing; chosen
+NO_FRICTION = 0.1  # share of the usual load, below which friction holds little beside what sags; chosen
 
 
 class JointFriction(Effect):

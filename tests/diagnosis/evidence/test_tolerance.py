@@ -12,7 +12,6 @@ from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import gather
 from snakebot.diagnosis.evidence.tolerance import (
-    CREDIBLE,
     ShiftLimits,
     StackedTimes,
     bounded_share,
@@ -22,6 +21,7 @@ from snakebot.diagnosis.evidence.tolerance import (
 from snakebot.diagnosis.fit.fit_runs import shift_limits
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.trial import nominal_trial
+from snakebot.diagnosis.sizes import BEYOND_CHANCE
 from snakebot.smoothing import smoothed
 
 T_S = np.arange(400) / 100
@@ -89,13 +89,13 @@ def test_together_the_tolerances_are_no_further_off_than_one_may_be(size: list[f
     """Each of many numbers at the edge of what is credible is not credible at all."""
     spread = np.linspace(0.01, 0.1, 12)
     marks = np.tile(np.eye(12) / spread, (100, 1))
-    most = CREDIBLE * spread
+    most = BEYOND_CHANCE * spread
     found = bounded_share(np.tile(size, 100), marks, -most, most, spread, np.full(1200, 1e-8)) / spread
-    assert np.linalg.norm(found) <= CREDIBLE * (1 + 1e-9)
-    if np.linalg.norm(size) < CREDIBLE:
+    assert np.linalg.norm(found) <= BEYOND_CHANCE * (1 + 1e-9)
+    if np.linalg.norm(size) < BEYOND_CHANCE:
         assert found == pytest.approx(size, abs=0.1)
     else:
-        assert np.linalg.norm(found) == pytest.approx(CREDIBLE, abs=0.1)
+        assert np.linalg.norm(found) == pytest.approx(BEYOND_CHANCE, abs=0.1)
 
 
 @pytest.mark.parametrize(("ct_scale", "gap"), [(1.05, False), (2.0, True)])

@@ -140,7 +140,8 @@ class Effect:
         covers: of the nominal robot's "delay" and "friction", what it sets itself, so that a fit needs no tolerance.
         shows_in: where a fit can see it: in the mean of the readings, in how they scatter, or in both.
         everyday: every real joint has a little of it, so that it may be one of many small causes at once.
-        followed: how many of its ``starts`` a fit follows to the end: more than one where there are side valleys.
+        followed: how many of its ``starts`` a fit follows to the end. More than one where there are side valleys: then
+            all are followed for some steps, and none are added.
         is_read_off: nothing is fitted; ``read_off`` says what the data show.
         fault: what ``--fault`` calls a joint with it, that follows no set-point any more: free, rigid; empty: it can.
     """

@@ -229,8 +229,11 @@ def multi_start(
     """Try every start (each (U, p)), search on from the best ``keep`` of each unit, and keep each unit's best end.
 
     The Cauchy cost is flat far from its minimum and has side valleys; plain least squares is neither and leads near the
-    right one. So the searches come in two kinds: straight on, and by least squares first.
+    right one. So the searches come in two kinds: straight on, and by least squares first. Where more than one is kept
+    side valleys are the rule: how good a start is tells little then, so that all are followed for some steps first.
     """
+    if keep > 1:
+        starts = [minimise(problem, start, FEWEST_STEPS, covariance=False).theta for start in starts]
     wide = replace(problem, allowed_square=wide_allowance(problem, problem.residual(starts[0])))
     stacked = np.stack(starts)
     units = np.arange(stacked.shape[1])

@@ -265,7 +265,8 @@ def each_joint(
         idle=left(stacked),
         some=stacked.spread(residual),
     )
-    return runs, multi_start(problem, starts, 1, SOME_STEPS, covariance=False)
+    keep = Hypothesis(tuple(effect_terms)).followed
+    return runs, multi_start(problem, starts, keep, SOME_STEPS, covariance=False)
 
 
 def specs_of(terms: Sequence[Term], rows: Floats) -> list[EffectSpec]:

@@ -42,9 +42,13 @@ def candidates(evidence: Evidence, library: Library, base: Trial, effect: Effect
 
 
 def _spread(term: Term, starts: Sequence[Floats]) -> list[Floats]:
-    """More starts about the given ones: a flat stretch on one side must not catch the search."""
+    """More starts about the given ones: a flat stretch on one side must not catch the search. But an effect of which
+    several are followed brings as many as it needs.
+    """
     if not term.open:
         return [np.zeros(0)] if starts else []
+    if find_effect(term.effect).followed > 1:
+        return list(starts)
     factors = (1.0, 1 / CLEARLY_MORE, CLEARLY_MORE)
     return [scaled(term, start, factor) for start, factor in product(starts, factors)]
 

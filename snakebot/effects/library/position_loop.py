@@ -9,6 +9,7 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect
+from snakebot.effects.loop_identification import LIMITED, Carried, Loop, furthest_error_rad, loops
 from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     from snakebot.robot import Robot
 
 SLOW = 0.3  # share of the peak rate, below which the spring is read off the sag; chosen
-# Shares of the furthest error seen, at one of which the drive may give all it has; chosen: each .5 to .8 of the last.
-LIMITED = (0.8, 0.6, 0.4, 0.3, 0.2, 0.15, 0.1, 0.05)
 LEAST_SAMPLES = 20  # of a swing without power that is evaluated; chosen
 LEAST_SWING_RAD = 0.2  # its range; chosen
 SWING_RAD = 0.02  # beyond which a sample of it counts less; chosen
@@ -38,7 +37,7 @@ class PositionLoop(Effect):
     example = "position_loop:stiffness_nm_rad=3,damping_nm_s_rad=0.3,coulomb_nm=0.05,full_drive_deg=60"
     stage = "servo"
     covers = frozenset({"delay"})
-    followed = 2  # an arm that is caught a little later swings otherwise; chosen: 4 find no more on four such benches
+    followed = 4  # an arm that is caught a little later swings otherwise; chosen
     summary = (
         "The servo is a proportional position loop with damping, inertia and friction, and sags under load."
     )
@@ -167,14 +166,32 @@ class PositionLoop(Effect):
             return [self._start(load / rest, lag, load, 0.0, 0.0)]
         full = self.parameter("full_drive_deg")
         stated = _of_arm(robot, layout.ARM_DOWN_RAD)
-        return [
-            {
-                **self._start(stiffness, lag, gravity, inertia, math.degrees(down - stated)),
-                full.name: full.clip(math.degrees(limit_rad)),
-            }
-            for gravity, down, inertia in _loads(observed, joints)
-            for stiffness, limit_rad in _sags(observed, joints, gravity, down)
-        ]
+        out: list[Start] = []
+        for carried in _loads(observed, joints):
+            off_deg = math.degrees(carried.down_rad - stated)
+            out += [
+                {
+                    **self._start(stiffness, lag, carried.gravity_nm, carried.inertia_kg_m2, off_deg),
+                    full.name: full.clip(math.degrees(limit_rad)),
+                }
+                for stiffness, limit_rad in _sags(observed, joints, carried)
+            ]
+            known = carried._replace(inertia_kg_m2=_of_arm(robot, layout.ARM_INERTIA_KG_M2))
+            out += [self._as_identified(loop, off_deg) for loop in loops(observed, joints, known)]
+        return out
+
+    def _as_identified(self, loop: Loop, down_deg: float) -> Start:
+        values = {
+            "stiffness_nm_rad": loop.stiffness_nm_rad,
+            "damping_nm_s_rad": loop.damping_nm_s_rad,
+            "armature_kg_m2": loop.armature_kg_m2,
+            "coulomb_nm": loop.coulomb_nm,
+            "load_friction": loop.load_friction,
+            "drive_friction_per_nm": 0.0,
+            "full_drive_deg": math.degrees(loop.limit_rad),
+            "down_deg": down_deg,
+        }
+        return {name: self.parameter(name).clip(value) for name, value in values.items()}
 
     def _start(
         self, stiffness: float, lag_s: float, load_nm: float, inertia: float, down_deg: float
@@ -261,22 +278,20 @@ def _free_stretch(t_s: Floats, command_rad: Floats, measured_rad: Floats) -> tup
     return t[top:], angle[top:]
 
 
-def _loads(observed: Observed, joints: tuple[int, ...]) -> list[tuple[float, float, float]]:
-    """Weight when level, angle at which it hangs, and inertia of what a bench's joint may carry, likeliest first."""
+def _loads(observed: Observed, joints: tuple[int, ...]) -> list[Carried]:
+    """What a bench's joint may carry, likeliest first."""
     from snakebot.effects.stages import assemble
 
     row = assemble(observed.robot, ()).servo_rows[joints[0]]
     hangs = observed.over(observed.hangs_at_rad, joints, math.nan)
     if not _weight_is_unknown(observed.robot):
         gravity, down, inertia = row[[layout.ARM_GRAVITY_NM, layout.ARM_DOWN_RAD, layout.ARM_INERTIA_KG_M2]]
-        return [(float(gravity), hangs if math.isfinite(hangs) else float(down), float(inertia))]
+        return [Carried(float(gravity), hangs if math.isfinite(hangs) else float(down), float(inertia))]
     angles = [hangs] if math.isfinite(hangs) else [0.0, -0.5 * math.pi, 0.5 * math.pi]
-    return [(UNIT_WEIGHT_NM, angle, 0.02 * UNIT_WEIGHT_NM) for angle in angles]
+    return [Carried(UNIT_WEIGHT_NM, angle, 0.02 * UNIT_WEIGHT_NM) for angle in angles]
 
 
-def _sags(
-    observed: Observed, joints: tuple[int, ...], gravity_nm: float, down_rad: float
-) -> list[tuple[float, float]]:
+def _sags(observed: Observed, joints: tuple[int, ...], carried: Carried) -> list[tuple[float, float]]:
     """Stiffness (N m/rad) and error at full drive (rad) of loops that hold the weight while the joint is slow, best
     first.
 
@@ -288,30 +303,22 @@ def _sags(
         rate = np.gradient(run.measured_rad, run.t_s, axis=0)
         for j in joints:
             error = run.command_rad[:, j] - run.measured_rad[:, j]
-            pull = gravity_nm * np.sin(run.measured_rad[:, j] - down_rad)
+            pull = carried.gravity_nm * np.sin(run.measured_rad[:, j] - carried.down_rad)
             slow = np.abs(rate[:, j]) < SLOW * max(float(observed.peak_rate_rad_s[j]), 1e-6)
             use = slow & np.isfinite(error) & np.isfinite(pull)
             errors.append(error[use])
             pulls.append(pull[use])
     error, pull = np.concatenate(errors), np.concatenate(pulls)
-    least = 0.2 * gravity_nm  # an arm this heavy could not be lifted
-    furthest = observed.over(_furthest_error_rad(observed), joints, 1.0)
+    least = 0.2 * carried.gravity_nm  # an arm this heavy could not be lifted
+    furthest = observed.over(furthest_error_rad(observed), joints, 1.0)
     found = []
     for share in LIMITED:
         limited = np.clip(error, -share * furthest, share * furthest)
         square = float(limited @ limited)
-        stiffness = max(float(limited @ pull) / square, least) if square > 0 else 5.0 * gravity_nm
+        stiffness = max(float(limited @ pull) / square, least) if square > 0 else 5.0 * carried.gravity_nm
         left = float(np.square(pull - stiffness * limited).sum())
         found.append((left, stiffness, share * furthest))
     return [(stiffness, limit) for _, stiffness, limit in sorted(found)]
-
-
-def _furthest_error_rad(observed: Observed) -> Floats:
-    """(joints,) nearly the largest error of each joint."""
-    errors = np.concatenate([np.abs(run.command_rad - run.measured_rad) for run in observed.runs])
-    return np.array(
-        [np.nanquantile(e, 0.99) if np.isfinite(e).any() else np.nan for e in errors.T], dtype=np.float64
-    )
 
 
 EFFECT = PositionLoop()

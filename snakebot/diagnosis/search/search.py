@@ -33,6 +33,7 @@ from snakebot.diagnosis.search.acceptance import (
 from snakebot.diagnosis.search.candidate import Candidate
 from snakebot.diagnosis.search.candidates import elsewhere
 from snakebot.diagnosis.search.everyday import is_worn
+from snakebot.diagnosis.search.idle import without_idle
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.pairs import pairs
 from snakebot.diagnosis.search.plainly import by_plainer_effects, said_plainly
@@ -154,10 +155,10 @@ def search(
         path[-1] = best
         progress(f"so far: {best.hypothesis.in_words}", 0.4)
         round_ = further(best) if has_room(best) else []
-    best, without = in_fewest_words(evidence, every_effect, nominal, best)
+    best, without = in_fewest_words(evidence, every_effect, nominal, without_idle(evidence, best))
     if worn is not None:
         progress("everyday effects on top of the rest", 0.8)
-        more = regained(evidence, every_effect, best)
+        more = without_idle(evidence, regained(evidence, every_effect, best))
         if more is not best:
             best, without = more, without_each(evidence, more)
     untested = False

@@ -8,13 +8,13 @@ import numpy as np
 
 from snakebot.arrays import Floats
 
-SMOOTH_S = 0.2  # span of the cubics through joint angles, s; chosen
+SMOOTH_S = 0.2  # span of the cubics through joint angles and poses, s; chosen
 # Longest over usual step in time, above which a filter that counts samples would bend the signal; chosen.
 UNEVEN = 1.5
 
 
-def smoothed(t_s: Floats, signal: Floats, span_s: float = SMOOTH_S) -> Floats:
-    """Columns of ``signal`` (N, c) with noise taken out by a cubic through every ``span_s`` (Savitzky and Golay 1964).
+def smoothed(t_s: Floats, signal: Floats) -> Floats:
+    """Columns of ``signal`` (N, c) with noise taken out by a cubic through every ``SMOOTH_S`` (Savitzky, Golay 1964).
 
     Differentiated noise of the readings would shake the simulated body loose from the ground. A signal with gaps is
     returned as it is; where rows are missing, the cubics go through what lies between.
@@ -23,9 +23,9 @@ def smoothed(t_s: Floats, signal: Floats, span_s: float = SMOOTH_S) -> Floats:
     usual = float(np.median(steps))
     if float(steps.max()) > UNEVEN * usual and np.isfinite(signal).all():
         even = np.linspace(t_s[0], t_s[-1], max(2, round((t_s[-1] - t_s[0]) / usual) + 1))
-        smooth = _evenly_smoothed(usual, _at(even, t_s, signal), span_s)
+        smooth = _evenly_smoothed(usual, _at(even, t_s, signal))
         return _at(t_s, even, smooth)
-    return _evenly_smoothed(usual, signal, span_s)
+    return _evenly_smoothed(usual, signal)
 
 
 def _at(where_s: Floats, t_s: Floats, signal: Floats) -> Floats:
@@ -33,10 +33,10 @@ def _at(where_s: Floats, t_s: Floats, signal: Floats) -> Floats:
     return np.stack([np.interp(where_s, t_s, column) for column in signal.T], axis=1)
 
 
-def _evenly_smoothed(period_s: float, signal: Floats, span_s: float) -> Floats:
+def _evenly_smoothed(period_s: float, signal: Floats) -> Floats:
     from scipy.ndimage import convolve1d
 
-    width = 2 * int(0.5 * span_s / period_s) + 1
+    width = 2 * int(0.5 * SMOOTH_S / period_s) + 1
     width = min(width, signal.shape[0] - 1 + signal.shape[0] % 2)
     if width < 5 or not np.isfinite(signal).all():
         return signal

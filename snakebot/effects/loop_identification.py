@@ -18,6 +18,7 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.effects.observed import Observed, RunLike
+from snakebot.effects.stages import filled
 from snakebot.smoothing import smoothed
 
 # Shares of the furthest error seen, at one of which the drive may give all it has; chosen: each .5 to .8 of the last.
@@ -81,7 +82,7 @@ def _terms(observed: Observed, run: RunLike, joint: int, carried: Carried) -> tu
     """Of the samples under power: errors (N,), what the other numbers but the stiffness are factors of (N, 4), and what
     the loop pulls (N,).
     """
-    angle = smoothed(run.t_s, run.measured_rad[:, [joint]])[:, 0]
+    angle = smoothed(run.t_s, filled(run.measured_rad[:, [joint]]))[:, 0]
     rate = np.gradient(angle, run.t_s)
     acceleration = np.gradient(rate, run.t_s)
     error = run.command_rad[:, joint] - run.measured_rad[:, joint]
@@ -89,5 +90,5 @@ def _terms(observed: Observed, run: RunLike, joint: int, carried: Carried) -> tu
     turning = np.tanh(rate / max(TURNING * float(observed.peak_rate_rad_s[joint]), 1e-6))
     terms = -np.column_stack([rate, acceleration, turning, np.abs(weight) * turning])
     pull = weight + carried.inertia_kg_m2 * acceleration
-    use = np.isfinite(error) & np.isfinite(terms).all(axis=1)
+    use = np.isfinite(error)
     return error[use], terms[use], pull[use]

@@ -19,7 +19,7 @@ import numpy as np
 from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.data import BLOCK_S, HOLE_S, MIN_SAMPLES, QUARTERS, Data, PreparedRun, holes
 from snakebot.diagnosis.sizes import HALF, MUCH
-from snakebot.smoothing import smoothed
+from snakebot.smoothing import SMOOTH_S, smoothed
 
 if TYPE_CHECKING:
     from snakebot.physics import ChainModel
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 # by how far such a pose goes in a block.
 POSE_NOISE_M, HEADING_NOISE_RAD = 1e-3, 3e-3
 SPEED_ACCURACY = 0.005  # relative error of a measured speed; chosen
-# Span of the cubics through a pose, and of what the pose may lack at either end of a window, s; chosen.
-POSE_SMOOTH_S = 0.2
 OTHER_BEGINS = (
     MUCH,
     HALF,
@@ -140,7 +138,7 @@ def _windows(index: int, run: PreparedRun) -> list[Window]:
     )  # the start from rest tells of mass, but every lab starts its clock elsewhere
     course = not has_heading(run.pose)
     if run.omega_rad_s and not course:  # without headings, the sway within a cycle would pass for speed
-        length /= int(np.clip(length / POSE_SMOOTH_S, 1, QUARTERS))
+        length /= int(np.clip(length / SMOOTH_S, 1, QUARTERS))
     count = int((end - first) / length + 1e-6)
     if count < 1:
         return [Window(index, first, end, False, course=course)]
@@ -168,8 +166,8 @@ def start_pose(t_s: Floats, pose: Floats) -> Floats:
 
 def _smoothed_pose(t_s: Floats, pose: Floats) -> Floats:
     if has_heading(pose):
-        return smoothed(t_s, pose, POSE_SMOOTH_S)
-    return np.column_stack([smoothed(t_s, pose[:, :2], POSE_SMOOTH_S), pose[:, 2]])
+        return smoothed(t_s, pose)
+    return np.column_stack([smoothed(t_s, pose[:, :2]), pose[:, 2]])
 
 
 def broken(run: PreparedRun, start_s: float, end_s: float) -> bool:
@@ -233,7 +231,7 @@ def window_features(t_s: Floats, pose: Floats, windows: Sequence[Window]) -> Flo
         mean = _mean(t, path[:, 2], start, end)
         c, s = np.cos(mean), np.sin(mean)
         out[:] = np.column_stack([c * x + s * y, c * y - s * x, turn])
-    out[(t[0] > start + POSE_SMOOTH_S) | (t[-1] < end - POSE_SMOOTH_S)] = np.nan
+    out[(t[0] > start + SMOOTH_S) | (t[-1] < end - SMOOTH_S)] = np.nan
     return out
 
 
@@ -275,7 +273,7 @@ def predicted(
         times = run.t_s if t_s is None else t_s[index]
         pose = replayed_pose(model, times, angle_rad[index], start)
         if run.pose is not None:
-            pose = smoothed(times, pose, POSE_SMOOTH_S)
+            pose = smoothed(times, pose)
         mine = np.flatnonzero(of_run == index)
         made[mine] = window_features(times, pose, [ground.windows[number] for number in mine])
     features: Floats = made[ground.window, ground.kind]

@@ -16,13 +16,11 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.hypothesis import Box
 from snakebot.diagnosis.fit.parallel import in_parallel
+from snakebot.diagnosis.fit.step import A_THOUSANDTH
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.search.acceptance import lead, touched
 from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE
 
-# Share of a parameter's range, or of its value on a logarithmic scale, within which it is at its upper bound; a tenth
-# of that at the lower one; chosen.
-AT_BOUND = 0.01
 TOO_FAR = 0.5  # lead in score beyond which a rival is not refitted to simulated data; chosen
 
 
@@ -65,9 +63,10 @@ def degenerate(best: Trial, rival: Trial) -> bool:
     if rival.theta.size <= best.theta.size:
         return False
     lower, upper, log, _ = Box.of(rival.hypothesis.parameters)
-    near = AT_BOUND * np.where(log, rival.theta, upper - lower)
-    at_bound = (rival.theta - lower < 0.1 * near) | (log & (upper - rival.theta < near))
-    return bool(at_bound.any())
+    ends = np.stack([lower, rival.theta, upper])
+    lower, value, upper = np.where(log, np.log(np.where(log, ends, 1.0)), ends)
+    near = A_THOUSANDTH * (upper - lower)
+    return bool(((value - lower < near) | (log & (upper - value < near))).any())
 
 
 def _as_if(evidence: Evidence, best: Trial, seed: int) -> Evidence:

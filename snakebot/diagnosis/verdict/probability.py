@@ -19,7 +19,7 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.result import Cause, RankingEntry
-from snakebot.diagnosis.sizes import HALF, LIKELY, LOWEST, NEXT_TO_NOTHING, NO_PERCENT
+from snakebot.diagnosis.sizes import HALF, LIKELY, LOWEST, NEXT_TO_NOTHING, NO_PERCENT, SURE
 
 CALIBRATION_FILE = Path(__file__).parents[1] / "calibration.json"
 SCHEMA = "snakebot.calibration/1"
@@ -29,9 +29,9 @@ LARGE_REST = 100.0
 # Highest probability of a cause of the body beside a rest over ground. Joint angles are measured there, so no error of
 # a servo's model is in it: another law, or another cause, is likelier than not; chosen.
 MOST_BESIDE_GROUND_REST = HALF - NEXT_TO_NOTHING
-# Highest probability where something is guessed: set-points between the rows of slow logs, or what an effect needs and
-# the description lacks, as the arm that a servo on a bench carries; chosen.
-MOST_WHERE_GUESSED = 0.8
+# Highest probability where something is guessed, so that no cause is sure: set-points between the rows of slow logs, or
+# what an effect needs and the description lacks, as the arm that a servo on a bench carries; chosen.
+MOST_WHERE_GUESSED = SURE - NEXT_TO_NOTHING
 FEATURES = (
     "lead", "rest", "closed", "share", "explained", "own", "together", "together_with_a_rest",
 )  # fmt: skip

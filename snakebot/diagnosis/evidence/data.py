@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.sizes import CLEARLY_MORE, NEARLY_ALL, OUTSTANDING
+from snakebot.diagnosis.sizes import CLEARLY_MORE, LITTLE, NEARLY_ALL, OUTSTANDING
 from snakebot.robust import MAD_TO_STD
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
@@ -31,12 +31,11 @@ WAKE_UP_S = 0.05
 # Steps in time from one row to the next, from which on something is missing between them: by definition nearer to two
 # steps than to one.
 MORE_THAN_A_STEP = 1.5
-# Without a row, above which it is not known where a joint was meanwhile, s; chosen.
-HOLE_S = 0.1
 # Time constants (or lengths of the hole, if it is short) after which a servo has settled; chosen: 0.7 % of a step is
 # left. Of the stated servo, since what follows a hole is compared with its prediction.
 SETTLED = 5.0
 BLOCK_S = 1.0  # length of a block: in it a servo and a body forget what was before, s; chosen
+HOLE_S = LITTLE * BLOCK_S  # without a row, above which it is not known where a joint was meanwhile
 # Within which a set-point was applied as commanded; chosen: a count of 12 bits is 1.5e-3 rad.
 APPLIED_RAD = 2e-3
 # Share of a run's samples that a clean line may lose, or apply otherwise than commanded; chosen.

@@ -34,12 +34,12 @@ from snakebot.diagnosis.sizes import HALF, LITTLE, NEXT_TO_NOTHING, SOME
 # Iterations of a fit; of one to the whole body, of all joints together, near the end of another or for a first look;
 # and of one of which each is costly, or that only prepares or mends another fit; chosen.
 FULL_STEPS, SOME_STEPS, FEWEST_STEPS = 30, 10, 6
-# Share that a fit neglects: of the cost, below which a fall ends the fit of a unit; of such a fall, below which a step
-# promises too little to be tried; of an undamped step, below which a damped one has no length any more; chosen.
-NEGLIGIBLE = 1e-4
-MORE_DAMPING = (
-    8.0  # factor on it after a step that did not lower the cost, and its inverse after one that did; chosen
-)
+# Share that a fit neglects where no residual takes a body: of the cost, below which a fall ends the fit of a unit; of
+# such a fall, below which a step promises too little to be tried; of an undamped step, below which a damped one has no
+# length any more.
+NEGLIGIBLE = LITTLE * A_THOUSANDTH
+# Factor on the damping after a step that did not lower the cost, and its inverse after one that did; chosen.
+MORE_DAMPING = 8.0
 # Damping of the steps to a minimum near by that are tried, each if that before it did not lower the cost: in one
 # dimension the whole step, two thirds, a fifth and a thirtieth of it; chosen.
 DAMPED_MORE = (A_THOUSANDTH, *(HALF * MORE_DAMPING**k for k in range(SOME - 1)))

@@ -9,9 +9,10 @@ from itertools import chain
 
 import numpy as np
 
+from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.simulator import Simulator
-from snakebot.diagnosis.fit.hypothesis import Hypothesis
+from snakebot.diagnosis.fit.hypothesis import Hypothesis, Joints, Term
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
 from snakebot.diagnosis.options import ProgressCallback
@@ -125,29 +126,57 @@ def _of_term(
 
 
 def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -> list[Candidate]:
-    """What is said to be taken for an effect, in its place: on the same joints, the rest as it is beside the effect."""
-    term, kept = best.hypothesis.terms[index], best.hypothesis.rest(best.theta, index)
-    rest = best.hypothesis.without(index)
+    """What is said to be taken for an effect, in its place: on the same joints, the rest as it is beside the effect. If
+    the rest has such an effect already, that one is said of these joints, too.
+    """
+    confused = {name for name, _ in find_effect(best.hypothesis.terms[index].effect).confused_with}
     every = tuple(range(1, simulator.data.joints + 1))
-    sets = [joints or every for joints in term.alike]
-    confused = {name for name, _ in find_effect(term.effect).confused_with}
     out = []
     for effect in library.effects:
-        if (
-            effect.name not in confused
-            or effect.name in rest.names
-            or not effect.per_joint
-            or effect.is_read_off
-        ):
+        if effect.name not in confused or not effect.per_joint or effect.is_read_off:
             continue
-        other = replace(term, effect=effect.name, fixed=kinds(library, effect)[0])
-        start = [
-            start_values(other, effect.starts(library.observed, tuple(j - 1 for j in joints))[0])
-            for joints in sets
-        ]
-        if not simulator.needs_body(other.specs(np.concatenate(start).tolist())):
-            out.append(Candidate(rest.plus(other), [np.concatenate([kept, *start])]))
+        used = [t.effect for t in best.hypothesis.terms].count(effect.name)
+        if used == 0:
+            found = _instead(library, best, index, effect, every)
+        elif used == 1:
+            found = _of_more_joints(library, best, index, effect, every)
+        else:
+            continue
+        last = found.hypothesis.split(found.starts[0])[-1].tolist()
+        if not simulator.needs_body(found.hypothesis.terms[-1].specs(last)):
+            out.append(found)
     return out
+
+
+def _instead(library: Library, best: Trial, index: int, effect: Effect, every: Joints) -> Candidate:
+    """An effect that the rest does not have, in the place of term ``index``; ``every``: all joints."""
+    term = best.hypothesis.terms[index]
+    other = replace(term, effect=effect.name, fixed=kinds(library, effect)[0])
+    start = [_start(library, effect, other, joints or every) for joints in term.alike]
+    kept = best.hypothesis.rest(best.theta, index)
+    return Candidate(best.hypothesis.without(index).plus(other), [np.concatenate([kept, *start])])
+
+
+def _of_more_joints(library: Library, best: Trial, index: int, effect: Effect, every: Joints) -> Candidate:
+    """The rest's own term of an effect, of the joints of term ``index`` as well; each joint with values of its own."""
+    term, rest = best.hypothesis.terms[index], best.hypothesis.without(index)
+    place = [t.effect for t in rest.terms].index(effect.name)
+    there = rest.terms[place]
+    kept = best.hypothesis.rest(best.theta, index)
+    values = rest.split(kept)[place].reshape(len(there.alike), -1)
+    rows = {joint: row for joints, row in zip(there.alike, values, strict=True) for joint in joints or every}
+    for joint in term.joints or every:
+        if joint not in rows:
+            rows[joint] = _start(library, effect, replace(there, joints=(joint,), own=False), (joint,))
+    joints = tuple(sorted(rows))
+    wider = replace(there, joints=joints, own=len(joints) > 1)
+    theta = [rest.rest(kept, place), *(rows[joint] for joint in joints)]
+    return Candidate(rest.without(place).plus(wider), [np.concatenate(theta)])
+
+
+def _start(library: Library, effect: Effect, term: Term, joints: Joints) -> Floats:
+    """(p,) where the effect's first start is, on some joints alone."""
+    return start_values(term, effect.starts(library.observed, tuple(joint - 1 for joint in joints))[0])
 
 
 def _added(trials: Iterable[Trial]) -> list[Effect]:

@@ -4,15 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from snakebot.diagnosis.result import Cause, Diagnosis, RankingEntry
+from snakebot.diagnosis.result import BudgetEntry, Cause, Diagnosis, RankingEntry
 from snakebot.diagnosis.show.named import effect_title, explanation, joint_count, runs_in_words
 from snakebot.diagnosis.sizes import HALF, LIKELY, NEXT_TO_NOTHING, SURE
 from snakebot.in_words import listed
 
 
 def credible(found: Diagnosis) -> Sequence[Cause]:
-    """The causes without those of next to no probability, which only help the others to fit; all, if none is left."""
-    return [cause for cause in found.causes if cause.probability > NEXT_TO_NOTHING] or found.causes
+    """The causes without those of next to no probability, or that carry next to nothing of the gap, which only help the
+    others to fit; all, if none is left.
+    """
+    told = [
+        cause
+        for place, cause in enumerate(found.causes)
+        if cause.probability > NEXT_TO_NOTHING and _carries(found.budget, place)
+    ]
+    return told or found.causes
+
+
+def _carries(budget: Sequence[BudgetEntry], place: int) -> bool:
+    """Whether a cause carries more than next to nothing of a gap, or most of a joint's; so too where none is shared
+    out.
+    """
+    shares = [entry for entry in budget if entry.cause == place]
+    return not shares or any(
+        entry.share > NEXT_TO_NOTHING or max((part or 0.0 for part in entry.by_joint), default=0.0) > HALF
+        for entry in shares
+    )
 
 
 def least_probability(found: Diagnosis) -> float:
@@ -24,10 +42,25 @@ def tied(found: Diagnosis) -> bool:
     """Whether another explanation is as good, or more than half as likely: a cause's probability is then that of a
     group, not of the one named.
     """
-    if any(cause.indistinguishable_from or cause.evidence.get("rivals", 0) > 0 for cause in found.causes):
+    if any(cause.indistinguishable_from or cause.evidence.get("rivals", 0) > 0 for cause in credible(found)):
         return True
-    best = sorted((entry.probability for entry in found.ranking), reverse=True)[:2]
-    return len(best) == 2 and best[1] > HALF * best[0]
+    best = _two_best(found)
+    return len(best) == 2 and best[1].probability > HALF * best[0].probability
+
+
+def _two_best(found: Diagnosis) -> list[RankingEntry]:
+    """The two likeliest explanations, of those that say the same the likeliest."""
+    ordered = sorted(found.ranking, key=lambda entry: -entry.probability)
+    same = [entry for entry in ordered if not _says_else(found, entry)]
+    return [entry for entry in ordered if entry not in same[1:]][:2]
+
+
+def _says_else(found: Diagnosis, entry: RankingEntry) -> bool:
+    """Whether an explanation is another one than the credible causes, alone or with something beside them."""
+    causes = credible(found)
+    names = {cause.effect for cause in causes}
+    same_joints = {joint for cause in causes for joint in cause.joints} == set(entry.joints)
+    return not names <= set(entry.effects) or (names == set(entry.effects) and not same_joints)
 
 
 def word(found: Diagnosis) -> str:
@@ -83,17 +116,18 @@ def why(found: Diagnosis) -> str:
 
 
 def next_best(found: Diagnosis) -> RankingEntry | None:
-    """The best of the explanations that clearly lose somewhere; none where that is not known."""
-    return next((entry for entry in found.ranking if entry.worse_in and entry.effects), None)
+    """The best of the other explanations that clearly lose somewhere; none where that is not known."""
+    others = (entry for entry in found.ranking if entry.effects and _says_else(found, entry))
+    return next((entry for entry in others if entry.worse_in), None)
 
 
 def tie_sentence(found: Diagnosis) -> str:
     """Which explanations tie."""
-    named = next((cause for cause in found.causes if cause.indistinguishable_from), None)
+    named = next((cause for cause in credible(found) if cause.indistinguishable_from), None)
     if named is not None:
         names = dict.fromkeys(effect_title(n) for n in (named.effect, *named.indistinguishable_from))
         return f"These runs cannot tell {listed(list(names), 'from')}"
-    best = sorted(found.ranking, key=lambda entry: -entry.probability)[:2]
+    best = _two_best(found)
     if len(best) == 2:
         count = joint_count(found)
         return f"These runs cannot tell {explanation(best[0], count)} from {explanation(best[1], count)}"

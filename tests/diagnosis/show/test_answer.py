@@ -7,7 +7,7 @@ import re
 import pytest
 from answers import KINDS, LIMIT, NEXT, SCALE, made
 
-from snakebot.diagnosis.result import JointClosure, SpeedClosure
+from snakebot.diagnosis.result import BudgetEntry, Diagnosis, JointClosure, SpeedClosure
 from snakebot.diagnosis.show.answer import advice, sentence, with_words
 from snakebot.diagnosis.show.certainty import why, word
 from snakebot.diagnosis.show.first_screen import first_screen
@@ -259,3 +259,25 @@ def test_a_cause_of_next_to_no_probability_is_counted_and_not_told() -> None:
     assert "cannot turn faster" not in said
     alone = made("explained", LIMIT.model_copy(update={"probability": 0.01}))
     assert "cannot turn faster" in sentence(alone)
+
+
+def test_a_cause_that_carries_next_to_nothing_makes_no_guess_of_the_others() -> None:
+    """Lost set-points of 0.12 beside a loop that closes 95 % of the gap made a guess of the loop."""
+    small = LIMIT.model_copy(update={"probability": 0.12})
+    found = made("explained", SCALE.model_copy(update={"indistinguishable_from": ()}), small)
+
+    def carrying(share: float, by_joint: tuple[float | None, ...]) -> Diagnosis:
+        entries = ((0, 1 - share, (1.0, None, None)), (1, share, by_joint))
+        budget = tuple(
+            BudgetEntry(cause=place, of="joint_angle", share=part, ci95=None, by_joint=joints)
+            for place, part, joints in entries
+        )
+        return found.model_copy(update={"budget": budget})
+
+    little = carrying(0.02, (0.02, None, None))
+    assert word(little) == "sure"
+    assert "cannot turn faster" not in sentence(little)
+    assert "(and 1 more)" in sentence(little)
+    for much in (carrying(0.3, (0.3, None, None)), carrying(0.02, (0.0, None, 0.9))):
+        assert word(much) == "a guess"
+        assert "cannot turn faster" in sentence(much)

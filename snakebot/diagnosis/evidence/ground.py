@@ -29,10 +29,8 @@ if TYPE_CHECKING:
 # by how far such a pose goes in a block.
 POSE_NOISE_M, HEADING_NOISE_RAD = 1e-3, 3e-3
 SPEED_ACCURACY = 0.005  # relative error of a measured speed; chosen
-OTHER_BEGINS = (
-    MUCH,
-    HALF,
-)  # shares of a run, from which to its end a forward speed may have been taken as well
+# Shares of a run, from which to its end a forward speed may have been taken as well.
+OTHER_BEGINS = (MUCH, HALF)
 
 FORWARD, LATERAL, TURN = range(3)  # kinds of features of the motion over ground, by definition
 

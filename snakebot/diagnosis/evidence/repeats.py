@@ -27,8 +27,7 @@ from snakebot.diagnosis.sizes import BEYOND_CHANCE, HALF, LITTLE, MOST_TOLD, MUC
 from snakebot.in_words import numbered
 from snakebot.runlog.matching.motion import same_motion
 
-# Mean square of the predicted part over that of the runs' gaps, under which it hides none of them: little, in
-# angles.
+# Mean square of the predicted part over that of the runs' gaps, under which it hides none of them: little, as an angle.
 LEAST_OF_GAP = LITTLE * LITTLE
 # Usual steps in time, that lost readings are interpolated over at most; chosen. Fewer than ``ticks.LONGEST_BRIDGED``,
 # which is for set-points: they lie on a smooth curve, and what readings differ by is told from their noise.

@@ -7,9 +7,8 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import MORE_THAN_A_STEP, PreparedRun
 
-# Rows' intervals, beyond which nothing is known of what was sent, and ticks to a row's interval at most, where they are
-# not known; chosen. More than ``repeats.MOST_BRIDGED``, which is
-# for readings: set-points lie on a smooth curve.
+# Rows' intervals, beyond which nothing is known of what was sent, and set-points to a row at most, where their interval
+# is not known; chosen. More than ``repeats.MOST_BRIDGED``, which is for readings: set-points lie on a smooth curve.
 LONGEST_BRIDGED = 10.0
 
 

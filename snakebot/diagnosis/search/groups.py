@@ -46,10 +46,9 @@ def indistinguishable(evidence: Evidence, best: Trial, rivals: Sequence[Trial], 
 def _leads(scoring: Scoring, best: Trial, rival: Trial) -> bool:
     """Whether ``best`` is clearly ahead on the data itself."""
     seen = lead(scoring, best, rival)
-    at_floor = not gap_of(
-        scoring, rival.held_square
-    ).any  # sound robots differ by more than what is ``ALIKE``
-    return seen.z >= CLEAR_SE and seen.mean >= (LITTLE if at_floor else ALIKE)
+    # sound robots differ by more than what is ``ALIKE`` elsewhere
+    enough = LITTLE if not gap_of(scoring, rival.held_square).any else ALIKE
+    return seen.z >= CLEAR_SE and seen.mean >= enough
 
 
 def _apart(scoring: Scoring, truth: Trial, refit: Trial) -> float:

@@ -29,6 +29,7 @@ from snakebot.diagnosis.search.rounds import (
     held_out,
     ranked,
 )
+from snakebot.diagnosis.sizes import HALF
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import find_effect
 
@@ -127,7 +128,8 @@ def _of_term(
 
 def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -> list[Candidate]:
     """What is said to be taken for an effect, in its place: on the same joints, the rest as it is beside the effect. If
-    the rest has such an effect already, that one is said of these joints, too.
+    the rest has such an effect already, that one is said of these joints, too; but not where most of them have it: they
+    would do without anything in its place.
     """
     confused = {name for name, _ in find_effect(best.hypothesis.terms[index].effect).confused_with}
     every = tuple(range(1, simulator.data.joints + 1))
@@ -135,10 +137,10 @@ def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -
     for effect in library.effects:
         if effect.name not in confused or not effect.per_joint or effect.is_read_off:
             continue
-        used = [t.effect for t in best.hypothesis.terms].count(effect.name)
-        if used == 0:
+        beside = [t for t in best.hypothesis.terms if t.effect == effect.name]
+        if not beside:
             found = _instead(library, best, index, effect, every)
-        elif used == 1:
+        elif len(beside) == 1 and _most_lack(best.hypothesis.terms[index], beside[0], every):
             found = _of_more_joints(library, best, index, effect, every)
         else:
             continue
@@ -146,6 +148,12 @@ def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -
         if not simulator.needs_body(found.hypothesis.terms[-1].specs(last)):
             out.append(found)
     return out
+
+
+def _most_lack(term: Term, other: Term, every: Joints) -> bool:
+    """Whether half of the joints of one term or more have not the other; ``every``: all joints."""
+    lacking = set(term.joints or every) - set(other.joints or every)
+    return len(lacking) >= HALF * len(term.joints or every)
 
 
 def _instead(library: Library, best: Trial, index: int, effect: Effect, every: Joints) -> Candidate:

@@ -56,3 +56,10 @@ def test_an_effect_that_the_rest_does_not_have_is_on_the_same_joints(evidence: E
     of_delay, _ = rivals_of(evidence, said, [0.04, 0.03, 0.1])
     (lags,) = of_delay
     assert lags.hypothesis.terms == (Term("servo_offset", (3,)), Term("servo_lag", (1, 2), own=True))
+
+
+def test_what_most_joints_have_anyway_is_no_rival(evidence: Evidence) -> None:
+    """A gain that does nothing would tie with a lag that is there with it and without it."""
+    said = Hypothesis((Term("command_delay", (1, 2), own=True), Term("servo_lag", (1, 2, 3), own=True)))
+    of_delay, of_lag = rivals_of(evidence, said, [0.01, 0.01, 0.05, 0.05, 0.03])
+    assert of_delay == of_lag == ()

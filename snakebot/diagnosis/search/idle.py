@@ -32,7 +32,7 @@ def without_idle(evidence: Evidence, best: Trial) -> Trial:
         if acts.any():
             assert term.joints is not None
             joints = tuple(np.array(term.joints)[acts].tolist())
-            terms.append(replace(term, joints=joints))
+            terms.append(replace(term, joints=joints, own=len(joints) > 1))
             theta.append(rows[acts].ravel())
     hypothesis = Hypothesis(tuple(terms))
     if hypothesis == best.hypothesis or not terms:

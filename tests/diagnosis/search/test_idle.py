@@ -40,6 +40,14 @@ def test_a_joint_without_play_is_not_said_to_have_any(evidence: Evidence, fitted
     assert less.theta[3:] == pytest.approx(fitted.theta[[3, 5]], rel=0.02)
 
 
+def test_of_one_joint_that_is_left_no_values_of_its_own_are_told(evidence: Evidence, fitted: Trial) -> None:
+    theta = fitted.theta.copy()
+    theta[4:] = 0.0
+    one = replace(fitted, theta=theta, held_square=100 * fitted.held_square)
+    offsets, play = without_idle(evidence, one).hypothesis.terms
+    assert (offsets.own, play) == (True, replace(PLAY, joints=(1,), own=False))
+
+
 def test_a_little_play_stays(evidence: Evidence, fitted: Trial) -> None:
     some = with_play_of_joint_2(fitted, 0.1)
     assert without_idle(evidence, some) is some

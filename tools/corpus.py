@@ -31,9 +31,8 @@ def unpack(archive: Path, folder: Path) -> Path:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     with tarfile.open(archive, "r:xz") as tar:
-        for (
-            entry
-        ) in tar:  # files of one folder; Python before 3.11.4 has no filter to keep all of a tar in it
+        # files of one folder; Python before 3.11.4 has no filter to keep all of a tar in it
+        for entry in tar:
             data = tar.extractfile(entry)
             assert data is not None
             (folder / Path(entry.name).name).write_bytes(data.read())

@@ -45,14 +45,6 @@ class Loop(NamedTuple):
     limit_rad: float
 
 
-def furthest_error_rad(observed: Observed) -> Floats:
-    """(joints,) nearly the largest error of each joint."""
-    errors = np.concatenate([np.abs(run.command_rad - run.measured_rad) for run in observed.runs])
-    return np.array(
-        [np.nanquantile(e, 0.99) if np.isfinite(e).any() else np.nan for e in errors.T], dtype=np.float64
-    )
-
-
 def loops(observed: Observed, joints: tuple[int, ...], carried: Carried) -> list[Loop]:
     """Loops of these joints (0-based) under power, one for each limit, best first; those that hold nothing left out."""
     from scipy.optimize import nnls
@@ -65,7 +57,7 @@ def loops(observed: Observed, joints: tuple[int, ...], carried: Carried) -> list
     error, terms, pull = (np.concatenate(part) for part in zip(*parts, strict=True))
     if error.size <= terms.shape[1] + 1:
         return []
-    furthest = observed.over(furthest_error_rad(observed), joints, 1.0)
+    furthest = observed.over(observed.furthest_error_rad, joints, 1.0)
     found = []
     for share in LIMITED:
         limit = share * furthest

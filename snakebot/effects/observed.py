@@ -60,6 +60,13 @@ class Observed:
         return _pooled(self._rates(), lambda rate: np.nanquantile(np.abs(rate), 0.998))
 
     @cached_property
+    def furthest_error_rad(self) -> Floats:
+        """Nearly the largest difference of command and measured angle."""
+        return _pooled(
+            [np.abs(r.command_rad - r.measured_rad) for r in self.runs], lambda e: np.nanquantile(e, 0.99)
+        )
+
+    @cached_property
     def amplitude_rad(self) -> Floats:
         """Half the range of motion, but for a per cent at each end."""
         return _pooled(

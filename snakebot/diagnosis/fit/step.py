@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -185,12 +185,19 @@ class Weights:
         return totals, np.asarray(weight)
 
 
-def to_scale(theta: Floats, problem: Problem) -> Floats:
-    return np.where(problem.logarithmic, np.log(np.maximum(theta, 1e-300)), theta)
+class OnScale(Protocol):
+    """What says which of its parameters are fitted on a logarithmic scale: a problem, or bounds."""
+
+    @property
+    def logarithmic(self) -> Bools: ...
 
 
-def from_scale(z: Floats, problem: Problem) -> Floats:
-    return np.where(problem.logarithmic, np.exp(np.where(problem.logarithmic, z, 0.0)), z)
+def to_scale(theta: Floats, of: OnScale) -> Floats:
+    return np.where(of.logarithmic, np.log(np.maximum(theta, 1e-300)), theta)
+
+
+def from_scale(z: Floats, of: OnScale) -> Floats:
+    return np.where(of.logarithmic, np.exp(np.where(of.logarithmic, z, 0.0)), z)
 
 
 def jacobian_at(problem: Problem, z: Floats, residual: Floats, active: Bools | None = None) -> Floats:

@@ -16,7 +16,7 @@ from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.hypothesis import Box
 from snakebot.diagnosis.fit.parallel import in_parallel
-from snakebot.diagnosis.fit.step import A_THOUSANDTH
+from snakebot.diagnosis.fit.step import A_THOUSANDTH, to_scale
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.search.acceptance import lead, touched
 from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE
@@ -61,11 +61,10 @@ def degenerate(best: Trial, rival: Trial) -> bool:
     """Whether a rival with more parameters has shrunk to the simpler ``best``: one of them is at its bound."""
     if rival.theta.size <= best.theta.size:
         return False
-    lower, upper, log, _ = Box.of(rival.hypothesis.parameters)
-    ends = np.stack([lower, rival.theta, upper])
-    lower, value, upper = np.where(log, np.log(np.where(log, ends, 1.0)), ends)
+    box = Box.of(rival.hypothesis.parameters)
+    lower, value, upper = to_scale(np.stack([box.lower, rival.theta, box.upper]), box)
     near = A_THOUSANDTH * (upper - lower)
-    return bool(((value - lower < near) | (log & (upper - value < near))).any())
+    return bool(((value - lower < near) | (box.logarithmic & (upper - value < near))).any())
 
 
 def _as_if(evidence: Evidence, best: Trial, seed: int) -> Evidence:

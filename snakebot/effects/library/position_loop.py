@@ -9,7 +9,7 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.effects.effect import Effect
-from snakebot.effects.loop_identification import LIMITED, Carried, Loop, furthest_error_rad, loops
+from snakebot.effects.loop_identification import LIMITED, Carried, Loop, loops
 from snakebot.effects.parameter import Parameter
 from snakebot.physics import servo_layout as layout
 
@@ -163,51 +163,46 @@ class PositionLoop(Effect):
         if robot.body is not None:
             load = observed.over(observed.peak_load_nm, joints, 0.5)
             rest = max(observed.over(observed.residual_rms_rad, joints, 0.1), 0.01)
-            return [self._start(load / rest, lag, load, 0.0, 0.0)]
-        full = self.parameter("full_drive_deg")
+            carried = Carried(load, 0.0, 0.0)
+            return [self._start(*_likely(load / rest, lag, math.pi, carried), down_rad=0.0)]
         stated = _of_arm(robot, layout.ARM_DOWN_RAD)
         out: list[Start] = []
         for carried in _loads(observed, joints):
-            off_deg = math.degrees(carried.down_rad - stated)
+            off_rad = carried.down_rad - stated
             out += [
-                {
-                    **self._start(stiffness, lag, carried.gravity_nm, carried.inertia_kg_m2, off_deg),
-                    full.name: full.clip(math.degrees(limit_rad)),
-                }
-                for stiffness, limit_rad in _sags(observed, joints, carried)
+                self._start(*_likely(stiffness, lag, limit, carried), down_rad=off_rad)
+                for stiffness, limit in _sags(observed, joints, carried)
             ]
             known = carried._replace(inertia_kg_m2=_of_arm(robot, layout.ARM_INERTIA_KG_M2))
-            out += [self._as_identified(loop, off_deg) for loop in loops(observed, joints, known)]
+            out += [self._start(loop, 0.0, down_rad=off_rad) for loop in loops(observed, joints, known)]
         return out
 
-    def _as_identified(self, loop: Loop, down_deg: float) -> Start:
+    def _start(self, loop: Loop, drive_friction_per_nm: float, *, down_rad: float) -> Start:
+        """A loop with a friction that the drive adds, of an arm that hangs so far from where it is stated to."""
         values = {
             "stiffness_nm_rad": loop.stiffness_nm_rad,
             "damping_nm_s_rad": loop.damping_nm_s_rad,
             "armature_kg_m2": loop.armature_kg_m2,
             "coulomb_nm": loop.coulomb_nm,
             "load_friction": loop.load_friction,
-            "drive_friction_per_nm": 0.0,
+            "drive_friction_per_nm": drive_friction_per_nm,
             "full_drive_deg": math.degrees(loop.limit_rad),
-            "down_deg": down_deg,
+            "down_deg": math.degrees(down_rad),
         }
         return {name: self.parameter(name).clip(value) for name, value in values.items()}
 
-    def _start(
-        self, stiffness: float, lag_s: float, load_nm: float, inertia: float, down_deg: float
-    ) -> Start:
-        """A loop of this stiffness that is late by ``lag_s``, and has torque to spare."""
-        values = {
-            "stiffness_nm_rad": stiffness,
-            "damping_nm_s_rad": 0.5 * stiffness * lag_s,
-            "armature_kg_m2": max(0.3 * inertia, 0.1 * stiffness * lag_s**2),
-            "coulomb_nm": 0.05 * load_nm,
-            "load_friction": 0.2,
-            "drive_friction_per_nm": 0.2 / max(load_nm, 0.05),
-            "full_drive_deg": 180.0,
-            "down_deg": down_deg,
-        }
-        return {name: self.parameter(name).clip(value) for name, value in values.items()}
+
+def _likely(stiffness: float, lag_s: float, limit_rad: float, carried: Carried) -> tuple[Loop, float]:
+    """A loop of this stiffness (N m/rad) that is late by ``lag_s``, and the friction that its drive adds, 1/(N m)."""
+    loop = Loop(
+        stiffness_nm_rad=stiffness,
+        damping_nm_s_rad=0.5 * stiffness * lag_s,
+        armature_kg_m2=max(0.3 * carried.inertia_kg_m2, 0.1 * stiffness * lag_s**2),
+        coulomb_nm=0.05 * carried.gravity_nm,
+        load_friction=0.2,
+        limit_rad=limit_rad,
+    )
+    return loop, 0.2 / max(carried.gravity_nm, 0.05)
 
 
 def _weight_is_unknown(robot: Robot) -> bool:
@@ -310,7 +305,7 @@ def _sags(observed: Observed, joints: tuple[int, ...], carried: Carried) -> list
             pulls.append(pull[use])
     error, pull = np.concatenate(errors), np.concatenate(pulls)
     least = 0.2 * carried.gravity_nm  # an arm this heavy could not be lifted
-    furthest = observed.over(furthest_error_rad(observed), joints, 1.0)
+    furthest = observed.over(observed.furthest_error_rad, joints, 1.0)
     found = []
     for share in LIMITED:
         limited = np.clip(error, -share * furthest, share * furthest)

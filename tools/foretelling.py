@@ -16,8 +16,8 @@ from blind.cases import Case, make_case, plan, rms, shares_of, ticks
 from blind.robot import Robot as TrueRobot
 
 from snakebot.arrays import Floats
+from snakebot.clock import RATE_HZ
 from snakebot.diagnosis.proposal.menu import menu
-from snakebot.diagnosis.proposal.separation import RATE_HZ
 from snakebot.effects.prediction import predict
 from snakebot.effects.spec import EffectSpec, parse_effect
 from snakebot.robot import Robot

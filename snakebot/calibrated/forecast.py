@@ -11,6 +11,7 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.calibrated.spread import drawn, known_numbers
+from snakebot.clock import RATE_HZ
 from snakebot.effects.prediction import predict, replay_stage
 from snakebot.effects.stages import assemble
 from snakebot.errors import BadInputError
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from snakebot.gait import Motion
     from snakebot.robot import Robot
 
-RATE_HZ = 100.0  # of set-points and samples: that of `snakebot run`
 LEAST_S = 1.0  # between the ramps; chosen
 MOST_S = 3600.0  # of a motion; a gait repeats itself long before, and samples of all of it are held; chosen
 LEAST_DRAWS = 39  # the fewest of which a 95 % band is not just the extremes: 2 / 0.05 - 1

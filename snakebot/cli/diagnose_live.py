@@ -19,14 +19,13 @@ import click
 from snakebot.cli.live_story import Story
 from snakebot.cli.ports import SIM
 from snakebot.cli.run_options import RunOptions
+from snakebot.clock import RATE_HZ
 from snakebot.errors import EXIT_INTERRUPTED, BadInputError, BoardFaultError
 
 if TYPE_CHECKING:
     from snakebot.diagnosis import Diagnosis
     from snakebot.diagnosis.live import Experiment
     from snakebot.robot import Robot
-
-_RATE_HZ = 100.0  # the default of `snakebot run`
 
 
 @dataclass(frozen=True)
@@ -123,7 +122,7 @@ def run_one(
     )
     story.check(options.port)
     story.begins(experiment.what)
-    recorded = execute(robot, motion, options.settings(robot, _RATE_HZ), options, story.page)
+    recorded = execute(robot, motion, options.settings(robot, RATE_HZ), options, story.page)
     tell_warnings(recorded)
     progress = recorded.progress
     if recorded.ended == "interrupted" or recorded.asked_late:

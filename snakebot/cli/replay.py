@@ -9,6 +9,7 @@ import click
 
 from snakebot.cli.robot_option import robot_option
 from snakebot.cli.run_options import RunOptions, check_finite, run_options
+from snakebot.clock import RATE_HZ
 from snakebot.errors import EXIT_INTERRUPTED, BadInputError
 
 EPILOG = """\b
@@ -54,7 +55,7 @@ def command(
         raise BadInputError(
             f"{log}: {recorded.joints} joints recorded, robot {robot.name!r} has {robot.joints}"
         )
-    settings = options.settings(robot, (recorded.number("rate_hz") or 100.0) if rate is None else rate)
+    settings = options.settings(robot, (recorded.number("rate_hz") or RATE_HZ) if rate is None else rate)
     plan = plan_replay(recorded, ramp_s=ramp)
     if options.dry_run:
         check(robot, plan, settings, options)

@@ -13,6 +13,7 @@ from snakebot.cli import names
 from snakebot.cli.course_options import parse_start, steered
 from snakebot.cli.robot_option import robot_option
 from snakebot.cli.run_options import RunOptions, check_finite, run_options
+from snakebot.clock import RATE_HZ
 from snakebot.errors import EXIT_INTERRUPTED, BadInputError
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ alpha down/up, b/B beta, w/W omega, o/O offset; q stops, the space bar is the em
     type=float,
     help="Full cycles between the ramps [8 if no --duration; a probe fewer].",
 )
-@click.option("--rate", type=float, default=100.0, show_default=True, help="Ticks a second, Hz.")
+@click.option("--rate", type=float, default=RATE_HZ, show_default=True, help="Ticks a second, Hz.")
 @click.option("--ramp", type=float, default=2.0, show_default=True, help="Smooth start and end, each, s.")
 @click.option("--heading", type=float, help="Steer for this heading of the body, deg from the x axis.")
 @click.option(

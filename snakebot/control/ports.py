@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from snakebot.clock import RATE_HZ
 from snakebot.errors import BadInputError, SnakebotError
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def open_board(
     seed: int = 0,
     virtual: bool = False,
     lifted: bool = False,
-    rate_hz: float = 100.0,
+    rate_hz: float = RATE_HZ,
     servo_watchdog: bool = True,
     start_pose: tuple[float, float, float] | None = None,
     tell: Callable[[str], None] | None = None,

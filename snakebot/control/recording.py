@@ -15,7 +15,7 @@ from firmware_protocol.catalogue import Fault, StopReason
 from snakebot.board import Board, check_limits
 from snakebot.board.faults import fault_line
 from snakebot.board.stopping import stop_board
-from snakebot.clock import VirtualClock
+from snakebot.clock import RATE_HZ, VirtualClock
 from snakebot.control.attending import Attendant
 from snakebot.control.faults import JointFault, check_faults
 from snakebot.control.guiding import check_course
@@ -55,7 +55,7 @@ class RunSettings:
         pose: where the robot is told from outside (``udp://127.0.0.1:9000``); None: the board tells, if anyone.
     """
 
-    rate_hz: float = 100.0
+    rate_hz: float = RATE_HZ
     faults: Sequence[JointFault] = ()
     log_path: Path | None = None
     log_frames: bool = False

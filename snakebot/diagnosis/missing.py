@@ -11,7 +11,7 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import CLEAN_LOSS, FEWEST_TO_COMPARE, MIN_SAMPLES, holes, motion_numbers
 from snakebot.diagnosis.live import Experiment, starting_set
-from snakebot.diagnosis.proposal.motions import DURATION_S, known_motions
+from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S, known_motions
 from snakebot.diagnosis.sizes import LITTLE, MOST_TOLD, MUCH, OUTSTANDING
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
@@ -19,7 +19,6 @@ from snakebot.in_words import span
 from snakebot.runlog import Run, Session
 from snakebot.runlog.number_table import stem_and_suffix
 
-SHORT_S = 8.0  # of a run with its ramps, below which it holds few cycles of a slow gait; chosen
 SMALL_DEG = 6.0  # swing of a motion that shows dead bands, play and friction; chosen
 
 
@@ -169,7 +168,7 @@ def _too_few(runs: Sequence[Run], motions: Sequence[int], way: _Commands) -> lis
 def _too_short(runs: Sequence[Run], way: _Commands) -> list[Missing]:
     alike: dict[str, list[Run]] = {}  # by the command that makes them again: one line each
     for run in runs:
-        if run.duration_s < SHORT_S:
+        if run.duration_s < DURATION_S - 2 * RAMP_S:  # with ramps of its own it holds few cycles
             alike.setdefault(way.again(run), []).append(run)
     return [
         Missing("short run", f"{_told(short)}; 10 to 20 s tell more", command)

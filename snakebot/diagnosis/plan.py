@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.arrays import Floats
+from snakebot.clock import RATE_HZ
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gather import Evidence, gather
-from snakebot.diagnosis.evidence.ground import HEADING_NOISE_RAD, POSE_NOISE_M
 from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.live import Experiment, numbered, starting_set
@@ -25,7 +25,7 @@ from snakebot.diagnosis.proposal.experiment import channel_told
 from snakebot.diagnosis.proposal.foresee import Foreseen, foresee, lead_over, shows
 from snakebot.diagnosis.proposal.menu import MenuMotion, menu
 from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S, known_motions
-from snakebot.diagnosis.proposal.separation import RATE_HZ, SimulatedMotion
+from snakebot.diagnosis.proposal.separation import SimulatedMotion
 from snakebot.diagnosis.search.library import usable_effects
 from snakebot.diagnosis.sizes import MOST_TOLD
 from snakebot.effects import predict
@@ -182,7 +182,8 @@ def _evidence(robot: Robot, experiments: Sequence[Experiment], pose: bool) -> Ev
         where = None
         if made.motion is not None:
             where = np.column_stack([made.motion.com_m, made.motion.heading_rad])
-            where += rng.normal(size=where.shape) * (POSE_NOISE_M, POSE_NOISE_M, HEADING_NOISE_RAD)
+            noise = robot.tolerance
+            where += rng.normal(size=where.shape) * (noise.pose_m, noise.pose_m, noise.heading_rad)
         first = experiment.motion == experiments[0].motion and index > 0
         runs.append(
             Run(f"{index}", t, command, reading, pose=where, gait=experiment.motion, repeat_of="0" if first else None)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from snakebot.clock import Clock
+from snakebot.clock import RATE_HZ, Clock
 from snakebot.doctor.finding import Finding, Status
 from snakebot.errors import BadInputError, NoBoardError, SnakebotError
 from snakebot.links.port import ServoPort
@@ -23,7 +23,6 @@ _READS = 5  # of each servo and place: two of one id spoil each other's answers
 _SENSORS = {"feetech": (56, 8), "dynamixel": (132, 15)}  # address, bytes: position, supply, temperature
 _SLOW_DELAY_S = 50e-6  # before an answer, as set in a servo: above it a bus of many servos loses rate; chosen
 _SLOW_ANSWER_S = 0.003  # chosen: as of a board
-_TICK_HZ = 100.0  # the default rate of a run
 _NEAR_HOT_C = 10  # below the servo's own limit
 _NEAR_LIMIT_V = 0.3  # above the servo's own lower limit; chosen
 
@@ -119,7 +118,7 @@ def _timing(master: BusMaster, joints: Sequence[Joint]) -> list[Finding]:
         findings.append(Finding("answers", Status.WARN, f"within {1e3 * answer_s:.1f} ms (median)", advice))
     rate = 0.8 / cycle_s
     text = f"{1e3 * cycle_s:.2f} ms a cycle of {len(joints)} servos: up to {rate:.0f} Hz"
-    if rate < _TICK_HZ:
+    if rate < RATE_HZ:
         findings.append(
             Finding("cycle", Status.WARN, text, f"run with --rate {rate:.0f} or less; see the other lines")
         )

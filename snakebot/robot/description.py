@@ -73,6 +73,14 @@ class Tolerance(_Model):
     delay_s: NonNegative = 1e-3  # of the wire and of the two clocks; chosen
     friction: NonNegative = 0.05  # relative; chosen
     mass: NonNegative = 0.03  # relative; chosen
+    # Of what a lag changes, the share by which no servo is quite the first-order one that it is taken for; chosen.
+    lag_shape: NonNegative = 0.02
+    sag_rad_per_nm: NonNegative = 2e-3  # by which a sound servo gives way under load; chosen
+    scatter_rad: NonNegative = 3.5e-3  # of a sound encoder's readings: 0.2 deg; chosen
+    # Of a measured pose at best: of a camera above the robot; chosen. A treadmill's speed is no better known than by
+    # how far such a pose goes in a second.
+    pose_m: NonNegative = 1e-3
+    heading_rad: NonNegative = 3e-3
     # Of the simulated forward speed, m/s: what a calibration left on runs that it was not fitted to. None: not known.
     speed_m_s: NonNegative | None = None
     speed_share: NonNegative | None = (

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from snakebot.analysis.prediction import AVERAGED_CYCLES, CYCLES
+from snakebot.clock import RATE_HZ
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait
 from snakebot.robot import Robot
-
-RATE_HZ = 100.0  # of the set-points; they are held in between, as a board does
 
 
 @dataclass(frozen=True)

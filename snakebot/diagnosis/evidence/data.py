@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
-from snakebot.diagnosis.sizes import CLEARLY_MORE, LITTLE, NEARLY_ALL, OUTSTANDING
+from snakebot.diagnosis.sizes import CLEAR, LITTLE, NEARLY_ALL, NEXT_TO_NOTHING, NO_PERCENT, OUTSTANDING
 from snakebot.robust import MAD_TO_STD
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
@@ -24,22 +24,20 @@ if TYPE_CHECKING:
 
 # Robust standard deviations off its neighbours, and encoder counts at least, that make a lone sample a bad reading;
 # chosen: no noise gets there.
-SPIKE = CLEARLY_MORE * OUTSTANDING
-# After a servo was without power, in which its state is not known, s; chosen. Shorter than ``SETTLED`` time constants:
-# where the joint is, its readings tell; a prediction goes on from them.
-WAKE_UP_S = 0.05
-# Steps in time from one row to the next, from which on something is missing between them: by definition nearer to two
-# steps than to one.
-MORE_THAN_A_STEP = 1.5
-# Time constants (or lengths of the hole, if it is short) after which a servo has settled; chosen: 0.7 % of a step is
-# left. Of the stated servo, since what follows a hole is compared with its prediction.
-SETTLED = 5.0
+SPIKE = CLEAR * OUTSTANDING
 BLOCK_S = 1.0  # length of a block: in it a servo and a body forget what was before, s; chosen
+BRIEF_S = NEXT_TO_NOTHING * BLOCK_S  # in which hardly anything moves
+# After a servo was without power, in which its state is not known. Shorter than ``SETTLED`` time constants:
+# where the joint is, its readings tell; a prediction goes on from them.
+WAKE_UP_S = BRIEF_S
+# Time constants (or lengths of the hole, if it is short) after which a servo has settled: nothing of a step is left, in
+# per cent. Of the stated servo, since what follows a hole is compared with its prediction.
+SETTLED = -np.log(NO_PERCENT)
 HOLE_S = LITTLE * BLOCK_S  # without a row, above which it is not known where a joint was meanwhile
 # Within which a set-point was applied as commanded; chosen: a count of 12 bits is 1.5e-3 rad.
 APPLIED_RAD = 2e-3
-# Share of a run's samples that a clean line may lose, or apply otherwise than commanded; chosen.
-CLEAN_LOSS = 0.01
+# Share of a run's samples that a clean line may lose, or apply otherwise than commanded.
+CLEAN_LOSS = NO_PERCENT
 QUARTERS = 4  # parts of a run, or of a cycle, that are looked at each for itself; chosen
 MIN_SAMPLES = 8  # of a joint in a run, or windows over ground, below which they tell nothing; chosen
 FEWEST_TO_COMPARE = 3  # motions, strokes, repeats, runs, windows: to fit to some and check on others; chosen
@@ -218,7 +216,7 @@ def holes(t_s: Floats, least_s: float = 0.0) -> Ints:
     known; ``t_s`` (N,).
     """
     steps = np.diff(t_s)
-    return np.flatnonzero(steps > max(MORE_THAN_A_STEP * _usual_step_s(t_s), least_s))
+    return np.flatnonzero((steps > least_s) & (np.round(steps / _usual_step_s(t_s)) > 1))
 
 
 def _usual_step_s(t_s: Floats) -> float:

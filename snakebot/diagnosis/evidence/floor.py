@@ -9,7 +9,7 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import marked
-from snakebot.diagnosis.evidence.data import MIN_SAMPLES, Data, PreparedRun
+from snakebot.diagnosis.evidence.data import BRIEF_S, MIN_SAMPLES, Data, PreparedRun
 from snakebot.diagnosis.evidence.disturbances import Disturbance, disturbance, disturbed, in_words
 from snakebot.diagnosis.evidence.repeats import (
     RepeatDifference,
@@ -17,11 +17,8 @@ from snakebot.diagnosis.evidence.repeats import (
     doubt_warning,
     repeated_pairs,
 )
-from snakebot.diagnosis.sizes import CLEARLY_MORE, LITTLE, MUCH, NEARLY_ALL, NEXT_TO_NOTHING, OUTSTANDING
+from snakebot.diagnosis.sizes import CLEAR, LITTLE, MUCH, NEARLY_ALL, NEXT_TO_NOTHING, OUTSTANDING
 from snakebot.robust import MAD_TO_STD
-
-# To which two logs must begin alike for their motions over ground to be compared, s; chosen.
-SAME_TIME_S = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +87,7 @@ def noise_floor(data: Data, nominal: Sequence[Floats] | None = None) -> Floor:
         like=frozenset(
             (p.one, p.other)
             for p in pairs
-            if not p.changed and (p.one, p.other) not in parted and abs(p.shift_s) < SAME_TIME_S
+            if not p.changed and (p.one, p.other) not in parted and abs(p.shift_s) < BRIEF_S
         ),
         warnings=(*change_warnings(data, pairs), *in_words(data, found)),
         doubts={joint: doubt_warning(data, pairs, joint) for joint in doubtful},
@@ -113,7 +110,7 @@ def _doubtful(data: Data, nominal: Sequence[Floats], repeat_rad: Floats, white_r
         )
         told = np.concatenate([r.command_rad[r.use[:, joint], joint] for r in data.runs])
         size = float(np.square(gap).mean())
-        doubtful[joint] = LITTLE**2 * float(np.var(told)) < size < (CLEARLY_MORE * floor) ** 2
+        doubtful[joint] = LITTLE**2 * float(np.var(told)) < size < (CLEAR * floor) ** 2
     return doubtful
 
 

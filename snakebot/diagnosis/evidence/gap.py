@@ -12,16 +12,16 @@ from snakebot.diagnosis.evidence.blocks import mean_difference
 from snakebot.diagnosis.evidence.data import MIN_SAMPLES
 from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN
 from snakebot.diagnosis.evidence.score import Scoring
-from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEARLY_MORE, LITTLE
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEAR, LITTLE
 
 # Mean square over the allowed one, above which there is a gap: the floor is an estimate itself; chosen.
 GAP_RATIO = 1.3
-# Mean square over the allowed one that is a gap however few blocks show it; chosen.
-CERTAIN_RATIO = 2.5 * GAP_RATIO
+# Mean square over the allowed one that is a gap however few blocks show it.
+CERTAIN_RATIO = BEYOND_CHANCE
 # The same over ground, of each kind of feature. Measured: robots with no effect, whose numbers are some per cent off,
 # come to 0.8, 1.0 and 1.1 at most (60 of the cases that ``tools/blind/make --set tune`` and ``--set calibrate``
 # make; no command prints the ratios).
-CERTAIN_RATIO_OVER_GROUND = 1.7
+CERTAIN_RATIO_OVER_GROUND = CLEAR
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ def _ground_beyond(scoring: Scoring, mean_square: Floats, asked: Bools) -> bool:
 
 def certain_over_ground(count: int) -> float:
     """Mean square over the allowed one that is a gap over ground for certain, of so many windows or speeds."""
-    return CLEARLY_MORE * GAP_RATIO if count < MIN_SAMPLES else CERTAIN_RATIO_OVER_GROUND
+    return CLEAR * GAP_RATIO if count < MIN_SAMPLES else CERTAIN_RATIO_OVER_GROUND
 
 
 def beyond(square: Floats, allowed: Floats, run: Ints, certain: float = CERTAIN_RATIO) -> bool:

@@ -18,7 +18,6 @@ from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence, ground_e
 from snakebot.diagnosis.evidence.predictor import Predictor
 from snakebot.diagnosis.evidence.score import GROUND, Scoring
 from snakebot.diagnosis.evidence.simulator import Simulator
-from snakebot.diagnosis.evidence.tolerance import SAG_TOLERANCE_RAD_NM, SHAPE_TOLERANCE
 from snakebot.diagnosis.evidence.usual import usual_of
 from snakebot.effects.effect import Usual
 from snakebot.effects.spec import EffectSpec
@@ -129,12 +128,13 @@ def _angle_evidence(
 ) -> AngleEvidence:
     """No servo is quite the first-order lag that the nominal model takes it for, nor quite stiff: that is no gap."""
     blocks = block_map(data)
-    lagging = _with_lag(data, 1 + SHAPE_TOLERANCE)
+    known = data.robot.tolerance
+    lagging = _with_lag(data, 1 + known.lag_shape)
     tolerance = blocks.mean_square([a - b for a, b in zip(nominal, lagging, strict=True)])
     loads = [simulator.load(i) for i in range(len(data.runs))]
     tolerance += blocks.mean_square(
         [
-            np.zeros_like(a) if load is None else SAG_TOLERANCE_RAD_NM * load
+            np.zeros_like(a) if load is None else known.sag_rad_per_nm * load
             for a, load in zip(nominal, loads, strict=True)
         ]
     )

@@ -18,17 +18,15 @@ import numpy as np
 
 from snakebot.arrays import Floats, Ints
 from snakebot.diagnosis.evidence.data import BLOCK_S, HOLE_S, MIN_SAMPLES, QUARTERS, Data, PreparedRun, holes
-from snakebot.diagnosis.sizes import HALF, MUCH
+from snakebot.diagnosis.sizes import HALF, MUCH, NO_PERCENT
+from snakebot.robot import Tolerance
 from snakebot.smoothing import SMOOTH_S, smoothed
 
 if TYPE_CHECKING:
     from snakebot.physics import ChainModel
 
 
-# Noise of a pose at best: of a camera above the robot, m and rad; chosen. A treadmill's speed is no better known than
-# by how far such a pose goes in a block.
-POSE_NOISE_M, HEADING_NOISE_RAD = 1e-3, 3e-3
-SPEED_ACCURACY = 0.005  # relative error of a measured speed; chosen
+SPEED_ACCURACY = NO_PERCENT  # relative error of a measured speed
 # Shares of a run, from which to its end a forward speed may have been taken as well.
 OTHER_BEGINS = (MUCH, HALF)
 
@@ -120,7 +118,7 @@ def measured_ground(data: Data, like: Set[tuple[int, int]]) -> GroundFeatures | 
     noise = np.array(
         [noise_square.get(windows[n].run, still)[k] for n, k in zip(window_of, kinds, strict=True)]
     )
-    floor, from_repeats = _floor(windows, value, what, of, like, noise)
+    floor, from_repeats = _floor(data.robot.tolerance, windows, value, what, of, like, noise)
     return GroundFeatures(tuple(windows), value, of, what, floor, from_repeats)
 
 
@@ -330,6 +328,7 @@ def _from(data: Data, window: Window, share: float) -> Window:
 
 
 def _floor(
+    known: Tolerance,
     windows: list[Window],
     value: Floats,
     kind: Ints,
@@ -341,7 +340,7 @@ def _floor(
     the noise of its pose.
     """
     least = np.where(
-        kind == TURN, HEADING_NOISE_RAD / BLOCK_S, POSE_NOISE_M / BLOCK_S + SPEED_ACCURACY * np.abs(value)
+        kind == TURN, known.heading_rad / BLOCK_S, known.pose_m / BLOCK_S + SPEED_ACCURACY * np.abs(value)
     )
     # run and value of each (n-th window, kind, with a heading or without)
     place: dict[tuple[int, int, bool], list[tuple[int, float]]] = {}

@@ -15,6 +15,7 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.data import (
+    BLOCK_S,
     FEWEST_SAMPLES,
     FEWEST_TO_COMPARE,
     MIN_SAMPLES,
@@ -29,12 +30,12 @@ from snakebot.runlog.matching.motion import same_motion
 
 # Mean square of the predicted part over that of the runs' gaps, under which it hides none of them: little, as an angle.
 LEAST_OF_GAP = LITTLE * LITTLE
-# Usual steps in time, that lost readings are interpolated over at most; chosen. Fewer than ``ticks.LONGEST_BRIDGED``,
+# Usual steps in time, that lost readings are interpolated over at most. Fewer than ``ticks.is_bridged`` has,
 # which is for set-points: they lie on a smooth curve, and what readings differ by is told from their noise.
-MOST_BRIDGED = 4.0
-# After a difference of the commands, in which the joints may still show it, s; chosen. No multiple of the stated time
+MOST_BRIDGED = OUTSTANDING
+# After a difference of the commands, in which the joints may still show it. No multiple of the stated time
 # constant, as ``data.SETTLED`` is: readings are compared with readings, of servos that may be much slower than stated.
-FORGOTTEN_S = 0.3
+FORGOTTEN_S = MUCH * BLOCK_S
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,13 +9,13 @@ import numpy as np
 
 from snakebot.analysis.channels import doubts_of_runs
 from snakebot.analysis.standstill import standstill_lines
-from snakebot.diagnosis.evidence.data import FEWEST_SAMPLES, MIN_SAMPLES, Data, repeated
+from snakebot.diagnosis.evidence.data import BRIEF_S, FEWEST_SAMPLES, MIN_SAMPLES, Data, repeated
 from snakebot.diagnosis.sizes import HALF, MOST_TOLD, MUCH, OUTSTANDING
 from snakebot.errors import BadInputError
 from snakebot.runlog import Run, Session
 from snakebot.runlog.matching.motion import CommandedMotion, same_motion
 
-LEAD_S = 0.04  # by which commands are shifted to see whether readings run ahead of them, s; chosen
+LEAD_S = BRIEF_S  # by which commands are shifted to see whether readings run ahead of them
 
 
 def check_session(session: Session) -> list[str]:

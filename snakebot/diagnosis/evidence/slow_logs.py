@@ -17,9 +17,9 @@ from snakebot.diagnosis.evidence.data import Data
 from snakebot.diagnosis.evidence.gap import CERTAIN_RATIO
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.simulator import Simulator
-from snakebot.diagnosis.evidence.ticks import LONGEST_BRIDGED, is_slow, row_s
+from snakebot.diagnosis.evidence.ticks import is_slow, row_s
 from snakebot.diagnosis.evidence.tolerance import ShiftLimits
-from snakebot.diagnosis.sizes import CLEARLY_MORE, HALF, MUCH
+from snakebot.diagnosis.sizes import CLEAR, HALF, LITTLE, MUCH
 
 
 def with_ticks(evidence: Evidence) -> Data | None:
@@ -34,7 +34,7 @@ def with_ticks(evidence: Evidence) -> Data | None:
     )  # to which the simulation knows when a joint moves
     open_ = [i for i, run in enumerate(data.runs) if run.tick_s is None]
     slowest = max((row_s(data.runs[i]) for i in open_), default=0.0)
-    if 0.5 * slowest < CLEARLY_MORE * known_s:
+    if 0.5 * slowest < CLEAR * known_s:
         return None
 
     def squares(readings: Sequence[Floats]) -> Floats:
@@ -45,7 +45,7 @@ def with_ticks(evidence: Evidence) -> Data | None:
     if (held <= CERTAIN_RATIO * angles.allowed_square).all():
         return None
     best: tuple[float, Data] | None = None
-    for ticks in range(2, int(LONGEST_BRIDGED) + 1):
+    for ticks in range(2, round(1 / LITTLE) + 1):
         other = replace(
             data,
             runs=tuple(

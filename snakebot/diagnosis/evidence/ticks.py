@@ -4,23 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from snakebot.arrays import Floats
-from snakebot.diagnosis.evidence.data import MORE_THAN_A_STEP, PreparedRun
+from snakebot.arrays import Bools, Floats
+from snakebot.diagnosis.evidence.data import PreparedRun
+from snakebot.diagnosis.sizes import LITTLE
 
-# Rows' intervals, beyond which nothing is known of what was sent, and set-points to a row at most, where their interval
-# is not known; chosen. More than ``repeats.MOST_BRIDGED``, which is for readings: set-points lie on a smooth curve.
-LONGEST_BRIDGED = 10.0
+
+def is_bridged(span_s: Floats, usual_s: float) -> Bools:
+    """Whether set-points between two rows lie on a curve through them: not over a hole beside which the usual interval
+    is little. Longer ones than ``repeats.MOST_BRIDGED``, which is for readings: set-points lie on a smooth curve.
+    """
+    return np.asarray(LITTLE * span_s < usual_s)
 
 
 def row_s(run: PreparedRun) -> float:
     """Mean interval of the rows of a run's log, holes apart."""
     span = np.diff(run.t_s)
-    return float(span[span < LONGEST_BRIDGED * run.period_s].mean())
+    return float(span[is_bridged(span, run.period_s)].mean())
 
 
 def is_slow(run: PreparedRun) -> bool:
     """Whether there were set-points between the rows of this run's log, as far as is known."""
-    return run.tick_s is not None and row_s(run) > MORE_THAN_A_STEP * run.tick_s
+    return run.tick_s is not None and round(row_s(run) / run.tick_s) > 1
 
 
 def set_points(run: PreparedRun) -> tuple[Floats, Floats]:
@@ -28,9 +32,7 @@ def set_points(run: PreparedRun) -> tuple[Floats, Floats]:
     if run.tick_s is None or not is_slow(run):
         return run.t_s, run.command_rad
     span = np.diff(run.t_s)
-    parts = np.where(
-        span < LONGEST_BRIDGED * row_s(run), np.maximum(np.round(span / run.tick_s), 1), 1
-    ).astype(int)
+    parts = np.where(is_bridged(span, row_s(run)), np.maximum(np.round(span / run.tick_s), 1), 1).astype(int)
     row = np.repeat(np.arange(span.size), parts)
     share = (np.arange(row.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[row]
     t_s = np.append(run.t_s[row] + share * span[row], run.t_s[-1])

@@ -18,16 +18,10 @@ from typing import Any
 import numpy as np
 
 from snakebot.arrays import Floats, Ints
-from snakebot.diagnosis.evidence.within_bounds import minimum_within
+from snakebot.diagnosis.evidence.within_bounds import MOST_TURNS, minimum_within
 from snakebot.diagnosis.sizes import BEYOND_CHANCE, NEXT_TO_NOTHING
 from snakebot.physics.compiled import jit
 from snakebot.robot import Robot
-
-SHAPE_TOLERANCE = 0.02  # share of what the nominal lag changes, that a sound servo may differ by; chosen
-# Iterations of the reweighted least squares at most; chosen. Three are the rule; where a whole run is off at first,
-# forty have been seen.
-REWEIGHTED = 50
-SAG_TOLERANCE_RAD_NM = 2e-3  # to which a sound servo holds its angle under load, rad per N m; chosen
 
 
 def shift_limit_s(robot: Robot) -> float:
@@ -203,7 +197,7 @@ def bounded_share(
         return np.zeros(marks.shape[1])
     matrix, wanted, allowed = marks[usable], residual[usable], allowed_square[usable]
     share, left = np.zeros(marks.shape[1]), wanted
-    for _ in range(REWEIGHTED):
+    for _ in range(MOST_TURNS):
         weight = 1.0 / (allowed + np.square(left))
         curvature = (matrix * weight[:, None]).T @ matrix + np.diag(1 / np.square(spread))
         before = share

@@ -9,10 +9,11 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats
 from snakebot.diagnosis.evidence.data import HOLE_S
+from snakebot.diagnosis.sizes import NEARLY_ALL
 from snakebot.runlog import Run, Session
 
-# Of a reading in one sample, less than a whole turn by what the joint moves meanwhile, and beyond what it can: chosen.
-LEAP_RAD = 1.5 * np.pi
+# Of a reading in one sample, less than a whole turn by what the joint moves meanwhile, and beyond what it can.
+LEAP_RAD = NEARLY_ALL * tau
 
 
 def run_on(session: Session) -> tuple[Session, list[str]]:

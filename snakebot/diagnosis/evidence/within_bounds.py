@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from snakebot.arrays import Floats
+from snakebot.diagnosis.sizes import ROUNDING
 from snakebot.physics.compiled import jit
 
-# Turns of the search at most, and the slope that holds a value at its bound, in its standard errors; chosen. Some ten
-# turns are the rule.
-MOST_TURNS, AT_MINIMUM = 200, 1e-9
+# Turns of a search, or of a reweighted least squares, at most; chosen. Ten are the rule, forty have been seen.
+MOST_TURNS = 200
 
 
 def minimum_within(curvature: Floats, pull: Floats, least: Floats, most: Floats, begin: Floats) -> Floats:
@@ -59,7 +59,7 @@ def _descend_within(curvature: Any, pull: Any, least: Any, most: Any, found: Any
             found[met] = least[met] if side[met] < 0.0 else most[met]
             continue
         slope = curvature @ found - pull
-        back, furthest = -1, AT_MINIMUM
+        back, furthest = -1, ROUNDING
         for i in range(found.size):
             away = side[i] * slope[i] / math.sqrt(curvature[i, i])
             if away > furthest:

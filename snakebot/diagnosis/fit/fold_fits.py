@@ -29,12 +29,12 @@ from snakebot.diagnosis.fit.fit_runs import (
 )
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, FULL_STEPS, SOME_STEPS, refit
-from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE
+from snakebot.diagnosis.sizes import CLEAR, LITTLE
 
 
 def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, of_all: Fitted) -> list[Floats]:
     """Parameters (p,) fitted to each fold's runs, from those that were fitted to all; nan for an effect that those runs
-    say nothing of. They say something of a parameter if it differs from its usual value, or could, by ``CLEAR_SE``
+    say nothing of. They say something of a parameter if it differs from its usual value, or could, by ``CLEAR``
     standard errors.
     """
     theta = of_all.theta
@@ -45,7 +45,7 @@ def fold_thetas(evidence: Evidence, hypothesis: Hypothesis, of_all: Fitted) -> l
             evidence,
             hypothesis,
             fit.theta,
-            fit.information * np.square(size) < CLEAR_SE**2,
+            fit.information * np.square(size) < CLEAR**2,
             fold,
             theta,
         )
@@ -179,7 +179,7 @@ def _without_unmet(
 
     def is_unmet(there: Floats, gone: Floats) -> bool:
         with_it, without = (_cost(evidence, hypothesis, some, runs, rough=True) for some in (there, gone))
-        return without - with_it < CLEAR_SE**2  # twice the logarithm of a likelihood ratio
+        return without - with_it < CLEAR**2  # twice the logarithm of a likelihood ratio
 
     return _without_idle(hypothesis, theta, searched & ~of_body(hypothesis), is_unmet)
 

@@ -29,7 +29,7 @@ from snakebot.diagnosis.fit.step import (
     sandwich,
     to_scale,
 )
-from snakebot.diagnosis.sizes import HALF, LITTLE, NEXT_TO_NOTHING, SOME
+from snakebot.diagnosis.sizes import HALF, LITTLE, NEXT_TO_NOTHING, ROUNDING, SOME
 
 # Iterations of a fit; of one to the whole body, of all joints together, near the end of another or for a first look;
 # and of one of which each is costly, or that only prepares or mends another fit; chosen.
@@ -41,9 +41,8 @@ NEGLIGIBLE = LITTLE * A_THOUSANDTH
 # Factor on the damping after a step that did not lower the cost, and its inverse after one that did; chosen.
 MORE_DAMPING = 8.0
 # Damping of the steps to a minimum near by that are tried, each if that before it did not lower the cost: in one
-# dimension the whole step, two thirds, a fifth and a thirtieth of it; chosen.
-DAMPED_MORE = (A_THOUSANDTH, *(HALF * MORE_DAMPING**k for k in range(SOME - 1)))
-IDLE_RAD = 1e-7  # largest change of a residual that counts as none: what is fitted does nothing there; chosen
+# dimension the whole step, two thirds, a fifth, a thirtieth of it, and so on.
+DAMPED_MORE = (A_THOUSANDTH, *(HALF * MORE_DAMPING**k for k in range(SOME)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,7 +303,7 @@ def _is_idle(problem: Problem, residual: Floats, units: int) -> Bools:
         return np.zeros(units, dtype=bool)
     moved = np.zeros(units)
     np.maximum.at(moved, problem.unit, np.abs(residual - problem.idle).max(axis=0, initial=0.0))
-    return moved < IDLE_RAD
+    return moved < ROUNDING
 
 
 def wide_allowance(problem: Problem, residual: Floats) -> Floats:

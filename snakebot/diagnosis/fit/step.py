@@ -15,13 +15,12 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.fit.parallel import in_parallel
-from snakebot.diagnosis.sizes import NO_PERCENT
+from snakebot.diagnosis.sizes import NO_PERCENT, ROUNDING
 
 # Of a parameter's range, that a finite difference takes; of the curvature, that damps a first step; of the cost, that
 # ends a fit where a residual takes a body: a third of a standard error of a parameter, for samples that are alike for a
 # second, and a thirtieth of the score that counts as none; chosen.
 A_THOUSANDTH = 1e-3
-LEAST_CURVATURE = 1e-12  # of the cost along a parameter, below which the parameter does nothing; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -337,7 +336,7 @@ def damped_step(problem: Problem, model: Quadratic, damping: float, z: Floats) -
     gradient, hessian = model
     # a parameter at its bound that wants to go further stays there
     free = ~(((z <= low) & (gradient > 0)) | ((z >= high) & (gradient < 0)))
-    free &= np.diag(hessian) > LEAST_CURVATURE
+    free &= np.diag(hessian) > ROUNDING
     step = np.zeros(z.size)
     if free.any():
         h = hessian[np.ix_(free, free)]
@@ -367,7 +366,7 @@ def sandwich(problem: Problem, unit: int, jacobian: Floats, residual: Floats, we
     scores = np.zeros((p, names.size))
     for i, pull in zip(mine, pulls, strict=True):
         scores[i] = np.bincount(index, weights=pull, minlength=names.size)
-    usable = np.diag(hessian) > LEAST_CURVATURE
+    usable = np.diag(hessian) > ROUNDING
     out = np.full((p, p), np.inf)
     if usable.any() and names.size > mine.size:
         inverse = np.linalg.pinv(hessian[np.ix_(usable, usable)], hermitian=True)

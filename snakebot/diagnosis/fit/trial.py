@@ -16,14 +16,14 @@ from snakebot.diagnosis.fit.fold_fits import fold_thetas
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis, Term
 from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS, FULL_STEPS, SOME_STEPS, Fit, multi_start
 from snakebot.diagnosis.fit.step import Problem
-from snakebot.diagnosis.sizes import LITTLE, OUTSTANDING
+from snakebot.diagnosis.sizes import HALF, LITTLE, OUTSTANDING
 from snakebot.effects.spec import EffectSpec
 
 # Readings of joints that a first look is made on, where there are more: five joints for a minute at 100 Hz; chosen.
 FIRST_SAMPLES = 30_000
 # Iterations after which such a fit is given up where it is plainly behind another explanation, and by so much held-out
-# score, a fifth of the mean square: the rest of them does not make up for that; chosen.
-FEW_STEPS, FAR_BEHIND = 3, LITTLE
+# score, a fifth of the mean square: the rest of them does not make up for that.
+FEW_STEPS, FAR_BEHIND = int(HALF * FEWEST_STEPS), LITTLE
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.least_squares import FEWEST_STEPS
 from snakebot.diagnosis.proposal.separation import SimulatedMotion, block_means, block_numbers, bounded, shift
 from snakebot.diagnosis.search.groups import TOO_FAR
-from snakebot.diagnosis.sizes import LITTLE, MUCH, NEXT_TO_NOTHING, OFF
+from snakebot.diagnosis.sizes import CLEAR, LITTLE, MUCH, NEXT_TO_NOTHING
 from snakebot.effects.spec import EffectSpec
 
 PRIOR_STEP = MUCH  # share of the prior's spread by which a parameter is stepped
@@ -92,7 +92,7 @@ def lead_over(motions: Sequence[SimulatedMotion], truth: Foreseen, rival: Forese
     share = _turned(motions, truth, rival)
     lead = _left(motions, truth, rival, share)
     for _ in range(FEWEST_STEPS):
-        far = bool(np.any(np.abs(share) > OFF))
+        far = bool(np.any(np.abs(share) > CLEAR))
         if not (far or lead < TOO_FAR) or not np.any(np.abs(share) > NEXT_TO_NOTHING):
             break
         near = foresee(motions, rival.hypothesis, _moved(rival, share))

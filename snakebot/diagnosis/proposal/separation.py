@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.arrays import Floats, Ints
+from snakebot.clock import RATE_HZ
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.data import BLOCK_S
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
-from snakebot.diagnosis.evidence.tolerance import SHAPE_TOLERANCE, StackedTimes, shift_limit_s
+from snakebot.diagnosis.evidence.tolerance import StackedTimes, shift_limit_s
 from snakebot.diagnosis.evidence.within_bounds import minimum_within
 from snakebot.diagnosis.fit.hypothesis import Box, Hypothesis
 from snakebot.diagnosis.fit.trial import Trial
@@ -29,8 +30,6 @@ from snakebot.effects.servo_stage import ServoRun
 from snakebot.effects.spec import EffectSpec
 from snakebot.effects.stages import Stages, assemble
 from snakebot.lifted import lifted
-
-RATE_HZ = 100.0  # of the simulated samples; chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +80,7 @@ class SimulatedMotion:
         if self._room is None:
             nominal, _ = self.shown(())
             rate = StackedTimes.of([self.t_s], 0.0).rates(nominal)
-            spread = self.robot.servo.time_constant_s * SHAPE_TOLERANCE * rate
+            spread = self.robot.servo.time_constant_s * self.robot.tolerance.lag_shape * rate
             allowed = block_means(np.square(spread)) + np.square(self.floor_rad)
             self._room = (self.t_s, rate, allowed)
         return self._room

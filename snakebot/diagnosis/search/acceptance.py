@@ -11,10 +11,10 @@ from snakebot.diagnosis.evidence.blocks import MeanDifference
 from snakebot.diagnosis.evidence.gap import Gap, gap_of
 from snakebot.diagnosis.evidence.score import ALIKE, Scoring
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.sizes import CLEAR_SE, HALF, LITTLE, NEXT_TO_NOTHING, NO_PERCENT
+from snakebot.diagnosis.sizes import CLEAR, HALF, LITTLE, NEXT_TO_NOTHING, NO_PERCENT
 from snakebot.effects.registry import find_effect
 
-MOST_LEFT = 0.08  # share of the gap that what explains it may leave over beyond noise and tolerance; chosen
+MOST_LEFT = LITTLE  # share of the gap that what explains it may leave over beyond noise and tolerance
 # Held-out score, half of a logarithm, that an effect must gain on the blocks that it changes: a tenth of their mean
 # square.
 LEAST_GAIN = HALF * LITTLE
@@ -55,7 +55,7 @@ def accepted(scoring: Scoring, trial: Trial, base: Trial) -> bool:
     if gain.mean <= 0 or gains(gain):
         return gains(gain)
     sides = [scoring.of_ground if j < 0 else scoring.of_angles for j in (min(joints), max(joints))]
-    clear, further = gain.z > CLEAR_SE, bool(base.hypothesis.terms)
+    clear, further = gain.z > CLEAR, bool(base.hypothesis.terms)
     least = LITTLE if further else HALF
     if any(_falls(scoring, trial, base, side, rows, least=least, clear=clear) for side in sides):
         return True
@@ -100,14 +100,12 @@ def _falls(
         return False
     change = np.abs(trial.held_square - base.held_square)
     much = rows & side & (change > there * np.where(scoring.of_ground, scoring.allowed_square, 1.0))
-    return clear or (
-        bool(much.any()) and scoring.gain(trial.held_square, base.held_square, much).z > CLEAR_SE
-    )
+    return clear or (bool(much.any()) and scoring.gain(trial.held_square, base.held_square, much).z > CLEAR)
 
 
 def gains(gain: MeanDifference) -> bool:
     """Whether a gain is a clear one, and large enough to matter."""
-    return gain.z > CLEAR_SE and gain.mean > LEAST_GAIN
+    return gain.z > CLEAR and gain.mean > LEAST_GAIN
 
 
 def as_good(scoring: Scoring, plainer: Trial, best: Trial) -> bool:

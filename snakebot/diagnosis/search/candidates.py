@@ -19,7 +19,7 @@ from snakebot.diagnosis.fit.trial import Trial, each_joint
 from snakebot.diagnosis.search.candidate import Candidate, added, scaled, start_values
 from snakebot.diagnosis.search.ground_candidates import ground_candidates
 from snakebot.diagnosis.search.library import Library
-from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEAR_SE, CLEARLY_MORE, HALF, LITTLE, MUCH, SOME
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEAR, HALF, LITTLE, MUCH, SOME
 from snakebot.effects.effect import Effect
 from snakebot.effects.observed import Observed
 from snakebot.effects.registry import find_effect
@@ -49,7 +49,7 @@ def _spread(term: Term, starts: Sequence[Floats]) -> list[Floats]:
         return [np.zeros(0)] if starts else []
     if find_effect(term.effect).followed > 1:
         return list(starts)
-    factors = (1.0, 1 / CLEARLY_MORE, CLEARLY_MORE)
+    factors = (1.0, 1 / CLEAR, CLEAR)
     return [scaled(term, start, factor) for start, factor in product(starts, factors)]
 
 
@@ -136,7 +136,7 @@ def _of_kind(
     gains = [_joint_gain(evidence.angles, base, runs, fit.residual, j) for j in range(joints)]
     # Where a first look takes the torques of the measured motion, with the noise of its readings, what scatters is
     # mostly the look itself: there one standard error will do.
-    clear_se = 1.0 if simulator.needs_body(first) else CLEAR_SE
+    clear_se = 1.0 if simulator.needs_body(first) else CLEAR
     helped = [j for j in helped_joints(evidence.scoring, base, gains, clear_se) if j + 1 not in taken]
     if not helped:
         return []

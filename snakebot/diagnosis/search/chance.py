@@ -11,7 +11,7 @@ from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.data import PreparedRun
 from snakebot.diagnosis.evidence.gather import Evidence
 from snakebot.diagnosis.fit.trial import Trial
-from snakebot.diagnosis.sizes import CLEARLY_MORE
+from snakebot.diagnosis.sizes import CLEAR
 from snakebot.effects.prediction import predict
 from snakebot.effects.spec import EffectSpec
 from snakebot.robot import Robot
@@ -29,7 +29,7 @@ def too_random(evidence: Evidence, trial: Trial) -> bool:
         return False
     robot, floor_rad = evidence.data.robot, evidence.floor.rad
     square = np.mean([_scatter_square(robot, by_chance, run) for run in repeated], axis=0)
-    return bool(square[known].sum() > CLEARLY_MORE**2 * np.square(floor_rad[known]).sum())
+    return bool(square[known].sum() > CLEAR**2 * np.square(floor_rad[known]).sum())
 
 
 def _scatter_square(robot: Robot, specs: Sequence[EffectSpec], run: PreparedRun) -> Floats:

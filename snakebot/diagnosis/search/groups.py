@@ -19,9 +19,11 @@ from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.step import A_THOUSANDTH, to_scale
 from snakebot.diagnosis.fit.trial import Trial, run_trial
 from snakebot.diagnosis.search.acceptance import lead, touched
-from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE
+from snakebot.diagnosis.sizes import CLEAR, HALF, LITTLE
 
-TOO_FAR = 0.5  # lead in score beyond which a rival is not refitted to simulated data; chosen
+# Lead in score beyond which a rival is not refitted to simulated data: e times the mean square, of which a score is
+# half of the logarithm.
+TOO_FAR = HALF
 
 
 def indistinguishable(evidence: Evidence, best: Trial, rivals: Sequence[Trial], seed: int = 0) -> list[Trial]:
@@ -48,7 +50,7 @@ def _leads(scoring: Scoring, best: Trial, rival: Trial) -> bool:
     seen = lead(scoring, best, rival)
     # sound robots differ by more than what is ``ALIKE`` elsewhere
     enough = LITTLE if not gap_of(scoring, rival.held_square).any else ALIKE
-    return seen.z >= CLEAR_SE and seen.mean >= enough
+    return seen.z >= CLEAR and seen.mean >= enough
 
 
 def _apart(scoring: Scoring, truth: Trial, refit: Trial) -> float:

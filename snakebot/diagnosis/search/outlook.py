@@ -21,11 +21,11 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, informative_runs
 from snakebot.diagnosis.search.candidate import Candidate
-from snakebot.diagnosis.sizes import LITTLE, MUCH
+from snakebot.diagnosis.sizes import CLEAR, HALF, LITTLE, MUCH, OUTSTANDING
 
 # Shares of the change that an effect makes at a start, and multiples, beside the one of least squares, which is between
 # the first and the last: the best is what a fit might reach; chosen.
-SHARES = tuple(MUCH * 2.0**k for k in range(5))
+SHARES = (MUCH, HALF, 1.0, CLEAR, OUTSTANDING)
 
 
 def promising(evidence: Evidence, base: Trial, candidates: Sequence[Candidate]) -> list[Candidate]:

@@ -21,10 +21,10 @@ from snakebot.diagnosis.fit.hypothesis import Hypothesis, Term
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, first_runs, run_trial
 from snakebot.diagnosis.search.candidate import SIZE_BESIDE, Candidate, scaled
-from snakebot.diagnosis.search.rounds import FOLLOWED_UP, held_out, ranked
+from snakebot.diagnosis.search.rounds import FOLLOWED_UP, LOOKED_AT, held_out, ranked
 from snakebot.diagnosis.sizes import LITTLE, SOME
 
-MOST_SINGLES = 24  # effects that pairs are made of, those that leave least; chosen
+MOST_SINGLES = SOME * LOOKED_AT  # effects that pairs are made of, those that leave least
 
 
 @dataclass(frozen=True, eq=False)

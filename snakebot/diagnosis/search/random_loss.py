@@ -29,7 +29,7 @@ from snakebot.diagnosis.search.chance import too_random
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rounds import MOST_EFFECTS
 from snakebot.diagnosis.search.search import SearchResult
-from snakebot.diagnosis.sizes import CLEAR_SE, CLEARLY_MORE, HALF, LITTLE, MUCH
+from snakebot.diagnosis.sizes import CLEAR, HALF, LITTLE, MUCH
 from snakebot.effects.registry import find_effect
 
 START_PROBABILITIES = (LITTLE, MUCH, HALF)  # of losing a set-point, from which a fit starts
@@ -131,7 +131,7 @@ class RandomDelay:
 
 def unsteady(floor: Floor) -> bool:
     """Whether repeats of a motion differ by more than the noise of their readings."""
-    return floor.known and bool(np.nanmax(floor.repeat_rad / floor.white_rad) > CLEARLY_MORE)
+    return floor.known and bool(np.nanmax(floor.repeat_rad / floor.white_rad) > CLEAR)
 
 
 def predicts_better(angles: AngleEvidence, scoring: Scoring, loss: Trial, base: Trial) -> bool:
@@ -149,7 +149,7 @@ def predicts_better(angles: AngleEvidence, scoring: Scoring, loss: Trial, base: 
     if not rows.any():
         return False
     gain = 0.5 * (np.log1p(without / allowed) - np.log1p(with_loss / allowed))
-    return mean_difference(gain[rows], blocks.run[rows]).z > CLEAR_SE
+    return mean_difference(gain[rows], blocks.run[rows]).z > CLEAR
 
 
 def random_delay(data: Data, floor: Floor, trial: Trial) -> RandomDelay:

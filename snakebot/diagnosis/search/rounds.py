@@ -33,8 +33,8 @@ from snakebot.effects.effect import Effect
 
 # Of what a first look promises most of, effects or motions, how many are looked at closer; chosen.
 LOOKED_AT = 6
-# Fits that are cross-validated at least, and at most where only the best of them is needed; chosen.
-HELD_OUT = 3
+# Fits that are cross-validated at least, and at most where only the best of them is needed.
+HELD_OUT = int(HALF * LOOKED_AT)
 FOLLOWED_UP = 2  # fits, the first of some, that are gone after where the best may not be first; chosen
 # Different effects in an explanation, but for everyday ones; chosen. With more terms, or one more, it takes long: not
 # all are fitted again, nor all rivals and orders of them tried.

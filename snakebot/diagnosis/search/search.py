@@ -52,8 +52,6 @@ from snakebot.diagnosis.search.rounds import (
 from snakebot.diagnosis.search.wear import with_wear
 from snakebot.diagnosis.sizes import HALF
 
-MOST_TERMS = 6  # terms of an explanation: an effect may be there once a joint, and one more; chosen
-
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
@@ -103,7 +101,7 @@ def search(
     singles, fits = first.trials, first.fits
     rounds, every_effect = {nominal.hypothesis: first}, library
     path, best, round_ = [nominal], nominal, singles
-    limit, most_terms = 2 if quick else MOST_EFFECTS, MOST_TERMS
+    limit, most_terms = 2 if quick else MOST_EFFECTS, 2 * MOST_EFFECTS  # each on two joints
     worn: Trial | None = None
     wear_is_open = True
 
@@ -272,7 +270,7 @@ def in_fewest_words(
     What stood beside an effect may say nothing beside the plainer one; and what is left then may have a plainer name.
     """
     best, without = prune(evidence, best)
-    for _ in range(MOST_TERMS):
+    for _ in range(2 * MOST_EFFECTS):
         plain = said_plainly(evidence, library, nominal, best)
         if plain is best:
             break

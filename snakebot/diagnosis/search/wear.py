@@ -36,7 +36,7 @@ from snakebot.diagnosis.search.everyday import (
 )
 from snakebot.diagnosis.search.library import Library
 from snakebot.diagnosis.search.rounds import FOLLOWED_UP, ranked
-from snakebot.diagnosis.sizes import CLEAR_SE, LITTLE, MUCH
+from snakebot.diagnosis.sizes import CLEAR, LITTLE, MUCH
 
 
 def with_wear(
@@ -203,7 +203,7 @@ class Whole:
             for u, j in enumerate(bench.columns):
                 # against the whole: small losses add up
                 lost = gain_on_joint(bench, j, spread, whole, square)
-                if lost.z <= CLEAR_SE or lost.mean <= ALIKE:
+                if lost.z <= CLEAR or lost.mean <= ALIKE:
                     kept[u], theta[u] = less[u], fitted[u]
         return Wear(bench.terms, bench.joints, theta, kept)
 

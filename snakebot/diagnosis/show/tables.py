@@ -15,7 +15,7 @@ from snakebot.diagnosis.show.named import (
     runs_in_words,
     short_specification,
 )
-from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEAR_SE, OFF
+from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEAR
 from snakebot.effects.telling import joints_in_words, shown, shown_span
 from snakebot.in_words import span, three
 from snakebot.report import Axis, BarChart, Bars, Column, Note, Section, Table
@@ -160,7 +160,7 @@ def why_it_lost(found: Diagnosis, entry: RankingEntry, best: RankingEntry | None
     if set(entry.effects) & group:
         return "not told apart by these runs"
     extra = (entry.parameters or 0) - (best.parameters or 0) if best is not None else 0
-    if best is not None and extra > 0 and entry.delta <= CLEAR_SE * max(entry.delta_se, 1e-9):
+    if best is not None and extra > 0 and entry.delta <= CLEAR * max(entry.delta_se, 1e-9):
         return f"no better, with {extra} more number{'s' if extra > 1 else ''} to fit"
     if entry.delta > 0:
         return "a little worse in all, in no run clearly"
@@ -225,7 +225,7 @@ def _stated_row(number: StatedNumber, count: int) -> list[object]:
     factor = _in_si_unit(unit)
     off = number.estimate - number.stated
     times = abs(off) / number.tolerance if number.tolerance > 0 else 0.0
-    word = "far off" if times > BEYOND_CHANCE else "off" if times > OFF else "as stated"
+    word = "far off" if times > BEYOND_CHANCE else "off" if times > CLEAR else "as stated"
     percent = f" ({100 * off / number.stated:+.0f} %)" if number.stated else ""
     low, high = number.ci95
     return [

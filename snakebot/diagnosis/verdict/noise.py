@@ -15,7 +15,6 @@ from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects
 from snakebot.robust import SIGMAS_95
 
-USUAL_SCATTER_RAD = np.radians(0.2)  # standard deviation of a sound encoder's readings, rad; chosen
 # Variance of an estimate from third differences over one from as many that share no noise, and the least relative error
 # of such an estimate; chosen.
 SHARED_NOISE, ROUGH = 2.5, 0.02
@@ -49,13 +48,13 @@ def noisy_encoders(data: Data, floor: Floor) -> EncoderScatter | None:
     out of the median joint; and in either case of its counts.
     """
     white = floor.white_rad
-    q = data.quantiser_rad
+    q, usual_rad = data.quantiser_rad, data.robot.tolerance.scatter_rad
     middle = float(np.median(white))
     loud: list[int] = [
         j
         for j, w in enumerate(white)
-        if w > max(USUAL_SCATTER_RAD, OUTSTANDING * q)
-        or (white.size >= 3 and w > max(OUTSTANDING * middle, 0.5 * USUAL_SCATTER_RAD, OUTSTANDING * q))
+        if w > max(usual_rad, OUTSTANDING * q)
+        or (white.size >= 3 and w > max(OUTSTANDING * middle, 0.5 * usual_rad, OUTSTANDING * q))
     ]
     if not loud:
         return None

@@ -19,13 +19,11 @@ import numpy as np
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.score import ALIKE
 from snakebot.diagnosis.result import Cause, RankingEntry
-from snakebot.diagnosis.sizes import HALF, LIKELY, LOWEST, NEXT_TO_NOTHING, NO_PERCENT, SURE
+from snakebot.diagnosis.sizes import HALF, LIKELY, LITTLE, LOWEST, NEXT_TO_NOTHING, NO_PERCENT, SURE
 
 CALIBRATION_FILE = Path(__file__).parents[1] / "calibration.json"
 SCHEMA = "snakebot.calibration/1"
 
-# Mean square left over the allowed one, above which a cause is no more than likely; chosen.
-LARGE_REST = 100.0
 # Highest probability of a cause of the body beside a rest over ground. Joint angles are measured there, so no error of
 # a servo's model is in it: another law, or another cause, is likelier than not; chosen.
 MOST_BESIDE_GROUND_REST = HALF - NEXT_TO_NOTHING
@@ -120,7 +118,7 @@ def probability(features: CauseFeatures) -> float:
     rule = calibration()
     x = rule.intercept + float(np.dot(rule.weights, features.vector()))
     p = float(np.clip(1 / (1 + np.exp(-x)), LOWEST, 1 - LOWEST))
-    if features.rest > LARGE_REST:
+    if LITTLE**2 * features.rest > 1.0:  # what is allowed is little beside what is left
         p = min(p, LIKELY)
     return min(p, HALF) if features.motions < 2 else p
 

@@ -161,9 +161,7 @@ def test_delay_and_lag_that_few_runs_tell_apart_are_left_out_alike_with_the_body
     def by_the_body(*args: object, loads_of: object = None, **options: object) -> object:
         return fit_runs(*args, **options)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(
-        "snakebot.diagnosis.fit.fold_fits.CLEAR_SE", 150.0
-    )  # as if the runs said little of any
+    monkeypatch.setattr("snakebot.diagnosis.fit.fold_fits.CLEAR", 150.0)  # as if the runs said little of any
     monkeypatch.setattr("snakebot.diagnosis.fit.fold_fits.fit_runs", kept)
     under_torques = run_trial(evidence, Hypothesis(terms), [start])
     assert any(refitted)

@@ -13,7 +13,7 @@ PARTS = 10  # of the cases, each left out once to see how well a rule does; chos
 PRIOR_WEIGHT = 0.3  # of the ridge on the rule's weights: few cases must not make it rash
 # Intercept and weights that one expects: a lead, a closed gap and a large share in it speak for a cause, a rest
 # against it.
-PRIOR = np.array([0.0, 1.0, -1.0, 2.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+PRIOR = np.array([0.0, 1.0, -1.0, 2.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
 
 
 def evidence_of(cause: dict[str, object]) -> CauseFeatures | None:
@@ -29,6 +29,7 @@ def evidence_of(cause: dict[str, object]) -> CauseFeatures | None:
         motions=int(found["motions"]),
         explained=bool(found["explained"]),
         own=bool(found["own"]),
+        worn=bool(found["worn"]),
         together=int(found["together"]),
     )
 

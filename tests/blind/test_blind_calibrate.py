@@ -15,7 +15,7 @@ from snakebot.diagnosis.verdict.probability import CALIBRATION_FILE, CauseFeatur
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 
 FEATURES = CauseFeatures(
-    lead=0.4, rest=0.5, closed=0.97, share=1.0, motions=5, explained=True, own=False, together=1
+    lead=0.4, rest=0.5, closed=0.97, share=1.0, motions=5, explained=True, own=False, worn=False, together=1
 )
 
 

@@ -150,6 +150,7 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         motions=1 if found.untested else len(evidence.data.motions),
         explained=explanation.judgement.verdict == "explained",
         own=term.own,
+        worn=any(t.own for t in best.hypothesis.terms),
         together=len(best.hypothesis.terms),
     )
     seen = SURE if features.motions > 1 else HALF

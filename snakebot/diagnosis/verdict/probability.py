@@ -31,7 +31,7 @@ MOST_BESIDE_GROUND_REST = HALF - NEXT_TO_NOTHING
 # what an effect needs and the description lacks, as the arm that a servo on a bench carries; chosen.
 MOST_WHERE_GUESSED = SURE - NEXT_TO_NOTHING
 FEATURES = (
-    "lead", "rest", "closed", "share", "explained", "own", "together", "together_with_a_rest",
+    "lead", "rest", "closed", "share", "explained", "own", "beside_wear", "together", "together_with_a_rest",
 )  # fmt: skip
 
 
@@ -50,6 +50,7 @@ class CauseFeatures:
         motions: different motions in the session; 1 where only one shows the cause, so that nothing can be held out.
         explained: whether all causes together leave too little over to speak of.
         own: whether each of its joints has values of its own, as joints do that are worn.
+        worn: whether joints have values of their own of this cause or of another.
         together: how many causes there are in all. A robot that has a little of everything is rarely explained to the
             last, so that many beside a rest say more than one.
     """
@@ -61,6 +62,7 @@ class CauseFeatures:
     motions: int
     explained: bool
     own: bool
+    worn: bool
     together: int
 
     def vector(self) -> Floats:
@@ -68,7 +70,7 @@ class CauseFeatures:
         more: tolerances are no better known. The rest speaks against a cause that is said to be the only one; of
         several, each is less likely to have a part in the gap at all the less of it it carries. Where each joint has
         values of its own the lead says nothing: a lag of the joints' own leads far even where it has hardly a part in
-        the gap.
+        the gap. Beside such wear, which takes up what it can, a cause of another kind is hardly needed for nothing.
         """
         many = np.log(max(self.together, 1))
         return np.array(
@@ -79,6 +81,7 @@ class CauseFeatures:
                 np.log10(np.clip(self.share, NO_PERCENT, 1.0)) / 2 if self.together > 1 else 0.0,
                 float(self.explained),
                 float(self.own),
+                float(self.worn and not self.own),
                 many,
                 many * (not self.explained),
             ]

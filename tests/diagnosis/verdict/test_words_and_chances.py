@@ -15,17 +15,33 @@ from snakebot.diagnosis.verdict.regime import sentence
 
 def test_probabilities_rise_with_the_lead_and_fall_with_the_rest() -> None:
     poor = CauseFeatures(
-        lead=3.0, rest=500.0, closed=0.98, share=1.0, motions=4, explained=True, own=False, together=1
+        lead=3.0,
+        rest=500.0,
+        closed=0.98,
+        share=1.0,
+        motions=4,
+        explained=True,
+        own=False,
+        worn=False,
+        together=1,
     )
     assert probability(poor) <= 0.6  # so much left over: not the whole story
     base = CauseFeatures(
-        lead=0.3, rest=1.0, closed=0.98, share=1.0, motions=4, explained=True, own=False, together=1
+        lead=0.3,
+        rest=1.0,
+        closed=0.98,
+        share=1.0,
+        motions=4,
+        explained=True,
+        own=False,
+        worn=False,
+        together=1,
     )
     assert probability(replace(base, lead=1.0)) >= probability(base) >= probability(replace(base, lead=0.0))
     assert probability(replace(base, rest=50.0)) < probability(base)
     assert probability(replace(base, motions=1)) <= 0.5
-    worn = replace(base, explained=False, own=True, together=6)
-    assert probability(worn) > probability(replace(worn, own=False, together=1))
+    worn = replace(base, explained=False, own=True, worn=True, together=6)
+    assert probability(worn) > probability(replace(worn, own=False, worn=False, together=1))
     assert probability(replace(worn, lead=5.0)) == probability(worn)
     assert probability(replace(worn, share=0.02)) < probability(replace(worn, share=0.2)) < probability(worn)
     assert probability(replace(base, share=0.02)) == probability(base)  # alone it carries what is closed

@@ -129,3 +129,14 @@ def _entry_points() -> list[EntryPoint]:
         except Exception:  # a stranger's file: neither text nor a list, or not there any more
             warnings.warn(f"package {name!r}: its entry points cannot be read; left out", stacklevel=2)
     return [entry for entries in found.values() for entry in entries]
+
+
+def look_alikes(name: str) -> dict[str, str]:
+    """Effects that leave nearly the same mark, whichever of the two says so, and what tells them apart."""
+    others = {
+        other: tells
+        for other, effect in effects().items()
+        for alike, tells in effect.confused_with
+        if alike == name
+    }
+    return others | dict(find_effect(name).confused_with)

@@ -13,7 +13,7 @@ import pytest
 from snakebot.effects import effects, find_effect, parse_effect, parse_effects
 from snakebot.effects.effect import STAGES
 from snakebot.effects.library.rate_limit import RateLimit
-from snakebot.effects.registry import ENTRY_POINT_GROUP, LIBRARY
+from snakebot.effects.registry import ENTRY_POINT_GROUP, LIBRARY, look_alikes
 from snakebot.robot import load_robot, robot_from_mapping
 from snakebot.safe_yaml import load_yaml
 
@@ -158,3 +158,9 @@ def test_the_arm_of_the_index_is_one() -> None:
     for name in ("drag_nm_s", "coulomb_nm"):
         assert name in index_page()
         assert hasattr(arm, name)
+
+
+def test_look_alikes_are_so_both_ways() -> None:
+    for name in effects():
+        for other in look_alikes(name):
+            assert name in look_alikes(other)

@@ -31,7 +31,7 @@ from snakebot.diagnosis.search.rounds import (
 )
 from snakebot.diagnosis.sizes import HALF
 from snakebot.effects.effect import Effect
-from snakebot.effects.registry import find_effect
+from snakebot.effects.registry import find_effect, look_alikes
 
 
 def rivals(
@@ -131,7 +131,7 @@ def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -
     the rest has such an effect already, that one is said of these joints, too; but not where most of them have it: they
     would do without anything in its place.
     """
-    confused = {name for name, _ in find_effect(best.hypothesis.terms[index].effect).confused_with}
+    confused = look_alikes(best.hypothesis.terms[index].effect)
     every = tuple(range(1, simulator.data.joints + 1))
     out = []
     for effect in library.effects:

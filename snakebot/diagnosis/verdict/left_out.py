@@ -10,7 +10,7 @@ from snakebot.diagnosis.search.plainly import comes_to
 from snakebot.diagnosis.sizes import UNLIKELY
 from snakebot.diagnosis.verdict.probability import at_most
 from snakebot.effects.effect import Usual
-from snakebot.effects.registry import effects, find_effect
+from snakebot.effects.registry import look_alikes
 from snakebot.effects.spec import parse_effect
 
 
@@ -35,17 +35,6 @@ def told_of_left_out(
         for name, plain in words
         if plain is not None
     ]
-
-
-def look_alikes(name: str) -> dict[str, str]:
-    """Effects that leave nearly the same mark, whichever of the two says so, and what tells them apart."""
-    others = {
-        other: tells
-        for other, effect in effects().items()
-        for alike, tells in effect.confused_with
-        if alike == name
-    }
-    return others | dict(find_effect(name).confused_with)
 
 
 def another_word(cause: Cause, usual: Usual, options: Options) -> str | None:

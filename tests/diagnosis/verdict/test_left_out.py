@@ -13,11 +13,9 @@ from snakebot.diagnosis.sizes import UNLIKELY
 from snakebot.diagnosis.verdict.left_out import (
     another_word,
     doubted_for_left_out,
-    look_alikes,
     told_of_left_out,
 )
 from snakebot.effects.effect import Usual
-from snakebot.effects.registry import effects
 from snakebot.effects.spec import parse_effect
 
 USUAL = Usual(load_nm=1.0, rate_rad_s=1.0)
@@ -100,12 +98,6 @@ def test_a_look_alike_that_may_not_be_named_has_its_part_of_the_probability(
     assert doubted_for_left_out(found, USUAL, options.exclude, options).probability == pytest.approx(
         probability
     )
-
-
-def test_look_alikes_are_so_both_ways() -> None:
-    for name in effects():
-        for other in look_alikes(name):
-            assert name in look_alikes(other)
 
 
 def test_an_encoder_that_may_not_be_named_makes_the_joint_a_guess() -> None:

@@ -11,7 +11,7 @@ from math import degrees
 from typing import TYPE_CHECKING
 
 from snakebot.diagnosis.proposal.motions import DURATION_S, RAMP_S, WrittenGait, known_motions
-from snakebot.diagnosis.sizes import LITTLE, NEARLY_ALL, SURE
+from snakebot.diagnosis.sizes import LITTLE, NEARLY_ALL, SOME, SURE
 from snakebot.errors import BadInputError
 from snakebot.gait import Gait, GaitMotion, Probe, check_motion, parse_probe
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from snakebot.diagnosis.result import Diagnosis, NextExperiment
     from snakebot.robot import Robot
 
-BUDGET = 9  # runs: the starting set, and four to separate what is left; chosen
 _SMALLER = NEARLY_ALL  # a gait beyond the robot's limits is tried with so much of its amplitude
 
 
@@ -49,7 +48,7 @@ def experiments(
     run: Callable[[Experiment], bool],
     diagnose: Callable[[], Diagnosis],
     *,
-    budget: int = BUDGET,
+    budget: int | None = None,
     can_lift: bool = True,
     say: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
@@ -58,7 +57,7 @@ def experiments(
     Args:
         run: makes a run and keeps it for ``diagnose``; False where it is not wanted. What it raises ends everything.
         diagnose: the verdict on all runs so far.
-        budget: most runs in all.
+        budget: most runs in all; None: the starting set, and some more to separate what is left.
         can_lift: whether the robot can be lifted off the ground for a run.
         say: is told how it goes, a line at a time.
 
@@ -69,6 +68,7 @@ def experiments(
 
     which = robot_option(robot)
     start = starting_set(robot, budget)
+    most = len(start) + SOME if budget is None else budget
     done = 0
     for experiment in start:
         if not run(experiment):
@@ -89,8 +89,8 @@ def experiments(
             say(f"{so_far}. No further motion is known to help.")
         elif proposal.command in tried:
             say(f"{so_far}. The same motion is proposed again: it has told what it can.")
-        elif done >= budget:
-            say(f"{so_far}. The budget of {budget} runs is used up; next would be: {proposal.command}{which}")
+        elif done >= most:
+            say(f"{so_far}. The budget of {most} runs is used up; next would be: {proposal.command}{which}")
         else:
             say(f"{so_far}. {proposal.reason[:1].upper()}{proposal.reason[1:]}.")
             tried.add(proposal.command)
@@ -121,7 +121,7 @@ def proposed(proposal: NextExperiment) -> Experiment:
     )
 
 
-def starting_set(robot: Robot, budget: int = BUDGET) -> list[Experiment]:
+def starting_set(robot: Robot, budget: int | None = None) -> list[Experiment]:
     """The gaits to begin with, as wide as the robot's limits allow, the first one again at the end.
 
     Raises:
@@ -135,7 +135,7 @@ def starting_set(robot: Robot, budget: int = BUDGET) -> list[Experiment]:
         raise BadInputError(
             f"--live: the limits of robot {robot.name!r} allow none of the gaits of the starting set"
         )
-    if budget <= len(fitted):
+    if budget is not None and budget <= len(fitted):
         raise BadInputError(f"--budget {budget}: the starting set needs {len(fitted) + 1} runs")
     return numbered([*fitted, fitted[0]])
 

@@ -10,7 +10,7 @@ import pytest
 
 PACKAGE = Path(__file__).resolve().parents[2] / "snakebot" / "diagnosis"
 SOURCE = re.compile(r"\b(chosen|measured|by definition)\b", re.IGNORECASE)
-MOST_NUMBERS = 55  # in all modules; the count may only fall, at last to 50
+MOST_NUMBERS = 50  # in all modules; the count may only fall
 
 
 def numbers_in(node: ast.AST) -> int:

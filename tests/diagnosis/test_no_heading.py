@@ -13,7 +13,7 @@ from snakebot.analysis.bodies import recorded_path
 from snakebot.analysis.run_analysis import analyze_run
 from snakebot.diagnosis import diagnose
 from snakebot.diagnosis.evidence.data import prepare
-from snakebot.diagnosis.evidence.ground import FORWARD, measured_ground, predicted
+from snakebot.diagnosis.evidence.ground import Feature, measured_ground, predicted
 from snakebot.physics import ChainModel
 from snakebot.runlog import Session, read_session, write_session
 
@@ -51,7 +51,7 @@ def test_only_the_speed_along_the_way_is_compared_and_a_true_model_predicts_it()
     data = prepare(_without_headings(session))
     ground = measured_ground(data, set())
     assert ground is not None
-    assert set(ground.kind) == {FORWARD}
+    assert set(ground.kind) == {Feature.FORWARD}
     assert ground.count >= 3
     assert data.robot.body is not None
     made = predicted(

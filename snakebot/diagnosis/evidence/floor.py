@@ -9,7 +9,7 @@ import numpy as np
 
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import marked
-from snakebot.diagnosis.evidence.data import BRIEF_S, MIN_SAMPLES, Data, PreparedRun
+from snakebot.diagnosis.evidence.data import BRIEF_S, MIN_SAMPLES, QUARTERS, Data, PreparedRun
 from snakebot.diagnosis.evidence.disturbances import Disturbance, disturbance, disturbed, in_words
 from snakebot.diagnosis.evidence.repeats import (
     RepeatDifference,
@@ -130,31 +130,41 @@ def _trimmed_root(squares: Floats) -> float:
 
 
 def white_noise(data: Data, joint: int) -> float:
-    """Standard deviation of what changes from sample to sample, from third differences of evenly spaced samples.
+    """Standard deviation of what changes from sample to sample, from third differences of evenly spaced samples."""
+    return _calm_scatter([_third_differences(run, joint) for run in data.runs], data.quantiser_rad)
 
-    The half of the differences that are smaller in the commanded motion counts: where the joint hardly moves, nothing
-    but noise is left.
+
+def white_noise_by_part(data: Data, joint: int) -> list[float]:
+    """The same of each quarter of each run, as far as it is known there."""
+    parts = [
+        part
+        for run in data.runs
+        for part in zip(*(np.array_split(x, QUARTERS) for x in _third_differences(run, joint)), strict=True)
+    ]
+    return [_calm_scatter([part], data.quantiser_rad) for part in parts if part[0].size >= MIN_SAMPLES]
+
+
+def _third_differences(run: PreparedRun, joint: int) -> tuple[Floats, Floats]:
+    """(n,) of the readings, as wide as white noise in them; (n,) by how much the commanded motion bends there."""
+    use = run.use[:, joint]
+    if use.sum() < MIN_SAMPLES:
+        return np.zeros(0), np.zeros(0)
+    dt = np.diff(run.t_s)
+    even = np.abs(dt - run.period_s) < MUCH * run.period_s
+    whole = use[:-3] & use[1:-2] & use[2:-1] & use[3:] & even[:-2] & even[1:-1] & even[2:]
+    third = np.diff(run.measured_rad[:, joint], n=3)[whole]
+    bent = np.abs(np.diff(run.command_rad[:, joint], n=3))[whole]
+    return third / np.sqrt(20.0), bent  # of white noise: 1 + 9 + 9 + 1 times its variance
+
+
+def _calm_scatter(parts: Sequence[tuple[Floats, Floats]], least: float) -> float:
+    """Standard deviation of differences (n,), at least ``least``. The half of them counts where the commanded motion
+    bends less: where the joint hardly moves, nothing but noise is left.
     """
-    found: list[Floats] = []
-    weight: list[Floats] = []
-    for run in data.runs:
-        use = run.use[:, joint]
-        if use.sum() < MIN_SAMPLES:
-            continue
-        dt = np.diff(run.t_s)
-        even = np.abs(dt - run.period_s) < MUCH * run.period_s
-        whole = use[:-3] & use[1:-2] & use[2:-1] & use[3:] & even[:-2] & even[1:-1] & even[2:]
-        third = np.diff(run.measured_rad[:, joint], n=3)[whole]
-        moved = np.abs(np.diff(run.command_rad[:, joint], n=3))[whole]
-        found.append(third / np.sqrt(20.0))  # of white noise: 1 + 9 + 9 + 1 times its variance
-        weight.append(moved)
-    least = data.quantiser_rad
-    if not found:
-        return least
-    value, moved = np.concatenate(found), np.concatenate(weight)
+    value, bent = (np.concatenate([part[i] for part in parts] or [np.zeros(0)]) for i in (0, 1))
     if value.size < MIN_SAMPLES:
         return least
-    calm = value[moved <= np.quantile(moved, 0.5)]
+    calm = value[bent <= np.quantile(bent, 0.5)]
     rms = np.sqrt(np.mean(np.square(_clip(calm))))  # a median may be small by chance
     return float(max(MAD_TO_STD * np.median(np.abs(calm)), NEARLY_ALL * rms, least))
 

@@ -10,7 +10,7 @@ import numpy as np
 from snakebot.arrays import Bools, Floats, Ints
 from snakebot.diagnosis.evidence.blocks import mean_difference
 from snakebot.diagnosis.evidence.data import MIN_SAMPLES
-from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN
+from snakebot.diagnosis.evidence.ground import Feature
 from snakebot.diagnosis.evidence.score import Scoring
 from snakebot.diagnosis.sizes import BEYOND_CHANCE, CLEAR, LITTLE
 
@@ -82,7 +82,7 @@ def hidden_gap(scoring: Scoring, mean_square: Floats, joints: Iterable[int]) -> 
 
 def _ground_beyond(scoring: Scoring, mean_square: Floats, asked: Bools) -> bool:
     """Whether speed or turning is off beyond what is allowed, over all windows."""
-    for kind in (FORWARD, LATERAL, TURN):
+    for kind in Feature:
         rows = (scoring.kind == kind) & asked
         found, allowed = mean_square[rows], scoring.allowed_square[rows]
         certain = certain_over_ground(found.size)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
+from enum import IntEnum
 from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -30,7 +31,13 @@ SPEED_ACCURACY = NO_PERCENT  # relative error of a measured speed
 # Shares of a run, from which to its end a forward speed may have been taken as well.
 OTHER_BEGINS = (MUCH, HALF)
 
-FORWARD, LATERAL, TURN = range(3)  # kinds of features of the motion over ground, by definition
+
+class Feature(IntEnum):
+    """Kinds of features of the motion over ground."""
+
+    FORWARD = 0
+    LATERAL = 1
+    TURN = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +62,7 @@ class GroundFeatures:
     Attributes:
         windows: (W,) stretches.
         value: (F,) measured features: of each window forward and lateral velocity and turn rate, or forward alone.
-        window, kind: (F,) which window and which of FORWARD, LATERAL, TURN.
+        window, kind: (F,) which window and which ``Feature``.
         floor_square: (F,) variance from repeats or from the resolution of the measurement.
         from_repeats: whether the floor of the forward speed comes from repeats.
     """
@@ -340,7 +347,9 @@ def _floor(
     the noise of its pose.
     """
     least = np.where(
-        kind == TURN, known.heading_rad / BLOCK_S, known.pose_m / BLOCK_S + SPEED_ACCURACY * np.abs(value)
+        kind == Feature.TURN,
+        known.heading_rad / BLOCK_S,
+        known.pose_m / BLOCK_S + SPEED_ACCURACY * np.abs(value),
     )
     # run and value of each (n-th window, kind, with a heading or without)
     place: dict[tuple[int, int, bool], list[tuple[int, float]]] = {}
@@ -349,7 +358,7 @@ def _floor(
         place.setdefault((window.place, int(kind[i]), window.course), []).append(
             (window.run, float(value[i]))
         )
-    squares: dict[int, list[float]] = {FORWARD: [], LATERAL: [], TURN: []}
+    squares: dict[int, list[float]] = {Feature.FORWARD: [], Feature.LATERAL: [], Feature.TURN: []}
     for (_, what, _), group in place.items():
         squares[what] += [0.5 * (a - b) ** 2 for (i, a), (j, b) in combinations(group, 2) if (i, j) in like]
     floor = np.square(least) + noise_square
@@ -357,4 +366,4 @@ def _floor(
         if found:
             rows = kind == what
             floor[rows] = np.maximum(floor[rows], np.mean(found))
-    return floor, bool(squares[FORWARD])
+    return floor, bool(squares[Feature.FORWARD])

@@ -28,7 +28,7 @@ class Scoring:
     Attributes:
         joints: of the robot.
         run, joint: (B,) of each block; ``joint`` is 0-based, ``GROUND`` for the ground.
-        kind: (B,) which feature of the ground (``ground.FORWARD`` ...), -1 for angles.
+        kind: (B,) which feature of the ground (``ground.Feature``), -1 for angles.
         samples: (B,) of each block; a feature of the ground counts as one.
         floor_square, allowed_square: (B,) squared noise floor and squared allowed spread, in the unit of the block.
         decides: (B,) blocks that may decide between explanations: not those of runs that the user holds out.

@@ -17,6 +17,7 @@ from snakebot.clock import RATE_HZ
 from snakebot.diagnosis.evidence.angles import AngleEvidence
 from snakebot.diagnosis.evidence.data import BLOCK_S
 from snakebot.diagnosis.evidence.gather import Evidence
+from snakebot.diagnosis.evidence.ground import Feature
 from snakebot.diagnosis.evidence.ground_evidence import GroundEvidence
 from snakebot.diagnosis.evidence.tolerance import StackedTimes, shift_limit_s
 from snakebot.diagnosis.evidence.within_bounds import minimum_within
@@ -71,7 +72,7 @@ class SimulatedMotion:
         allowed = self.ground.allowed_square + self.ground.tolerance_square
         kinds = self.ground.features.kind
         return np.array(
-            [np.sqrt(np.median(allowed[kinds == i])) if np.any(kinds == i) else np.inf for i in range(3)]
+            [np.sqrt(np.median(allowed[kinds == i])) if np.any(kinds == i) else np.inf for i in Feature]
         )
 
     @property
@@ -237,7 +238,7 @@ def shift(angles: AngleEvidence, left: Floats, rate: Floats, allowed: Floats) ->
 
 def _ground_lead(ground: GroundEvidence, apart: Floats, turns: Sequence[Floats | None]) -> float:
     features = ground.features
-    kinds = [i for i in range(3) if np.any(features.kind == i)]
+    kinds = [i for i in Feature if np.any(features.kind == i)]
     allowed = [
         float(np.median((ground.allowed_square + ground.tolerance_square)[features.kind == i])) for i in kinds
     ]

@@ -27,11 +27,11 @@ STATED = {  # numbers of a robot's description: what they are called, and the un
     "friction.cn": ("friction across the links", "N s/m"),
     "link_mass_kg": ("mass of a link", "kg"),
 }
-IN_SI_UNIT = {"ms": 1000.0}  # how many of these are in one SI unit, by definition; of others one
 
 
 def _in_si_unit(unit: str) -> float:
-    return IN_SI_UNIT.get(unit, 1.0)
+    """How many of these are in one SI unit."""
+    return 1e3 if unit == "ms" else 1.0
 
 
 def add_numbers(section: Section, found: Diagnosis) -> None:

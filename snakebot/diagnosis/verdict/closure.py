@@ -211,7 +211,7 @@ def speed_closure(
     assert ground is not None
     features, floor = ground.features, None
     if features.from_repeats:
-        rows = (features.kind == ground_motion.FORWARD) & np.isin(features.run, speeds.run)
+        rows = (features.kind == ground_motion.Feature.FORWARD) & np.isin(features.run, speeds.run)
         if rows.any():
             floor = float(np.sqrt(features.floor_square[rows].mean()))
     f2 = 0.0 if floor is None else floor**2
@@ -260,7 +260,7 @@ def ground_closure(budget: Sequence[BudgetEntry]) -> GroundClosure | None:
 
 
 def _speed_allowed(ground: GroundEvidence, run: int) -> float:
-    rows = (ground.features.kind == ground_motion.FORWARD) & (ground.features.run == run)
+    rows = (ground.features.kind == ground_motion.Feature.FORWARD) & (ground.features.run == run)
     return float(ground.allowed_square[rows].mean()) if rows.any() else 0.0
 
 

@@ -9,15 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from snakebot.diagnosis.evidence.data import Data
-from snakebot.diagnosis.evidence.floor import Floor
+from snakebot.diagnosis.evidence.floor import Floor, white_noise_by_part
 from snakebot.diagnosis.sizes import OUTSTANDING
 from snakebot.effects.effect import Effect
 from snakebot.effects.registry import effects
 from snakebot.robust import SIGMAS_95
-
-# Variance of an estimate from third differences over one from as many that share no noise, and the least relative error
-# of such an estimate; chosen.
-SHARED_NOISE, ROUGH = 2.5, 0.02
 
 
 @dataclass(frozen=True)
@@ -59,8 +55,10 @@ def noisy_encoders(data: Data, floor: Floor) -> EncoderScatter | None:
     if not loud:
         return None
     std = float(np.sqrt(max(float(np.mean(np.square(white[loud]))) - q * q, 0.0)))
-    samples = sum(int(run.use[:, j].sum()) for run in data.runs for j in loud)
-    relative = float(SIGMAS_95 * np.sqrt(SHARED_NOISE / max(samples, 1)) + ROUGH)
+    parts = np.array([part for j in loud for part in white_noise_by_part(data, j)])
+    # how well it is known, by how much it differs from quarter to quarter of the runs
+    apart = float(parts.std(ddof=1) / (parts.mean() * np.sqrt(parts.size))) if parts.size > 1 else 1.0
+    relative = min(SIGMAS_95 * apart, 1.0)
     degrees = float(np.degrees(std))
     return EncoderScatter(
         tuple(j + 1 for j in loud), degrees, (degrees * (1 - relative), degrees * (1 + relative))

@@ -11,7 +11,7 @@ from sessions import make_session, snake
 from snakebot.diagnosis.evidence.data import prepare
 from snakebot.diagnosis.evidence.gap import gap_of
 from snakebot.diagnosis.evidence.gather import gather
-from snakebot.diagnosis.evidence.ground import FORWARD, LATERAL, TURN, GroundFeatures, measured_ground
+from snakebot.diagnosis.evidence.ground import Feature, GroundFeatures, measured_ground
 from snakebot.diagnosis.fit.hypothesis import Hypothesis
 from snakebot.diagnosis.fit.trial import run_trial
 from snakebot.effects import predict
@@ -39,7 +39,7 @@ def test_the_floor_of_a_velocity_holds_the_noise_of_the_pose_in_that_run() -> No
     session, rng = make_session(snake(), pose=True), np.random.default_rng(0)
     found = [measured(session, rng) for _ in range(40)]
     values = np.stack([features.value for features in found])
-    for kind in (FORWARD, LATERAL, TURN):
+    for kind in Feature:
         rows = (found[0].run == NOISY) & (found[0].kind == kind)
         spread = values[:, rows].var(axis=0).mean()
         floor = np.mean([features.floor_square[rows].mean() for features in found])

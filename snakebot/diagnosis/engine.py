@@ -95,8 +95,8 @@ def _diagnosed(session: Session, options: Options, progress: ProgressCallback) -
         quick=options.quick,
         progress=lambda text, share: progress(text, 0.05 + 0.7 * share),
     )
-    evidence = found.evidence
     found = with_random_loss(evidence, library, found, quick=options.quick)
+    evidence = found.evidence
     clock.lap("search")
 
     progress("what is left over", 0.78)

@@ -36,17 +36,25 @@ START_PROBABILITIES = (LITTLE, MUCH, HALF)  # of losing a set-point, from which 
 
 
 def with_random_loss(
-    evidence: Evidence, library: Library, found: SearchResult, *, quick: bool
+    gathered: Evidence, library: Library, found: SearchResult, *, quick: bool
 ) -> SearchResult:
     """Lost set-points in the place of a delay, where what is left over shows them and they predict clearly better.
 
     They move the body between the samples, which no replay of samples shows: effects of the body are left out, too;
-    and with the delay also where lost set-points may not be named.
+    and with the delay also where lost set-points may not be named. What nothing tests, as one motion alone shows it,
+    gives way as a whole.
+
+    ``gathered``: the evidence as the search found it.
     """
-    if (
-        link_is_clean(evidence.data) or found.untested
-    ):  # where nothing is held out, nothing can predict better
+    if link_is_clean(gathered.data):
         return found
+    if found.untested:
+        tested = SearchResult(
+            gathered, found.nominal, found.nominal, found.singles, (), (found.nominal,), (), found.fits
+        )
+        instead = with_random_loss(gathered, library, tested, quick=quick)
+        return found if instead is tested else instead
+    evidence = found.evidence
     if not gap_of(evidence.scoring, found.nominal.held_square).significant.any() and not unsteady(
         evidence.floor
     ):

@@ -15,6 +15,7 @@ from snakebot.diagnosis.fit.trial import against_nominal, trial_at
 from snakebot.diagnosis.search.library import usable_effects
 from snakebot.diagnosis.search.random_loss import random_delay, with_random_loss
 from snakebot.diagnosis.search.search import SearchResult
+from snakebot.runlog import Session
 
 DEAD_BAND = Term("deadband", None, (("hard", 0.0),))
 
@@ -85,3 +86,24 @@ def test_one_joint_alone_agrees_with_nobody() -> None:
     for _ in range(20):  # the one joint is all there is: what is left beside it is rounding
         left = [rng.normal(0.0, 0.1, reading.shape) for reading in nominal.readings]
         assert random_delay(evidence.data, evidence.floor, replace(nominal, left=left)).share == 0.0
+
+
+def test_what_nothing_tests_gives_way_to_lost_set_points() -> None:
+    robot = bench(3)
+    data = prepare(Session(robot, lossy_session(robot, 0.5).runs[:3]))
+    nominal, evidence = against_nominal(gather(data))
+    library = usable_effects(data, over_ground=False)
+    nothing_held_out = replace(evidence, split=replace(evidence.split, folds=()))
+    guess = SearchResult(nothing_held_out, nominal, nominal, (), (), (nominal,), untested=True)
+    found = with_random_loss(evidence, library, guess, quick=True)
+    assert found.best.hypothesis.names == ("command_loss",)
+    assert not found.untested
+    assert found.evidence.split.folds
+
+
+def test_it_stays_where_none_are_lost() -> None:
+    robot = bench(3)
+    data = prepare(Session(robot, lossy_session(robot, 0.0).runs[:3]))
+    nominal, evidence = against_nominal(gather(data))
+    guess = SearchResult(evidence, nominal, nominal, (), (), (nominal,), untested=True)
+    assert with_random_loss(evidence, usable_effects(data, over_ground=False), guess, quick=True) is guess

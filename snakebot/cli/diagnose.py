@@ -60,17 +60,7 @@ class LiveOptions:
     @property
     def of_runs(self) -> RunOptions:
         """Those of every run that is made."""
-        return RunOptions(
-            port=self.port,
-            yes=self.yes,
-            effects=self.effects,
-            fast=self.fast,
-            verbose=self.verbose,
-            view=self.view,
-            view_address=self.view_address,
-            view_port=self.view_port,
-            view_stop=self.view_stop,
-        )
+        return RunOptions(**{f.name: getattr(self, f.name) for f in fields(self) if f.name != "budget"})
 
 
 @click.command(name="diagnose", epilog=EPILOG)

@@ -20,7 +20,7 @@ def minimum_within(curvature: Floats, pull: Floats, least: Floats, most: Floats,
     begins at ``begin`` (m,), which is within them.
     """
     found = begin.copy()
-    if _descend_within(curvature, pull, least, most, found):
+    if _descend_within(curvature, pull, least, most, found, ROUNDING):
         return found
     from scipy.optimize import lsq_linear
 
@@ -30,9 +30,11 @@ def minimum_within(curvature: Floats, pull: Floats, least: Floats, most: Floats,
 
 
 @jit
-def _descend_within(curvature: Any, pull: Any, least: Any, most: Any, found: Any) -> bool:
+def _descend_within(curvature: Any, pull: Any, least: Any, most: Any, found: Any, none: float) -> bool:
     """Move ``found`` (m,) to that minimum; whether it got there. Values stay at the bounds that they meet, one more
     each turn, until none is met; then the one that would go back furthest is let go (Nocedal and Wright 2006, 16.5).
+
+    none: slope, in standard errors, that holds a value at its bound.
     """
     side = np.zeros(found.size)  # of those that stay: -1 at the lower bound, 1 at the upper one
     for i in range(found.size):
@@ -59,7 +61,7 @@ def _descend_within(curvature: Any, pull: Any, least: Any, most: Any, found: Any
             found[met] = least[met] if side[met] < 0.0 else most[met]
             continue
         slope = curvature @ found - pull
-        back, furthest = -1, ROUNDING
+        back, furthest = -1, none
         for i in range(found.size):
             away = side[i] * slope[i] / math.sqrt(curvature[i, i])
             if away > furthest:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -147,3 +149,20 @@ def test_smoothing_keeps_a_cubic_and_halves_noise() -> None:
     assert smoothed(T_S, noise)[20:-20].std() < 0.5 * noise.std()
     broken = np.where(np.arange(400)[:, None] == 7, np.nan, cubic)
     assert smoothed(T_S, broken) is broken
+
+
+@pytest.mark.parametrize(
+    ("stated", "side"),
+    [("lag_shape", "angles"), ("sag_rad_per_nm", "angles"), ("pose_m", "ground"), ("heading_rad", "ground")],
+)
+def test_what_the_description_states_is_allowed(stated: str, side: str) -> None:
+    session = make_session(snake(), pose=True)
+    wider = session.robot.tolerance.model_copy(update={stated: 3 * getattr(session.robot.tolerance, stated)})
+    other = session.robot.model_copy(update={"tolerance": wider})
+    before, after = (
+        gather(prepare(replace(session, robot=robot))).scoring for robot in (session.robot, other)
+    )
+    changed = after.allowed_square > 1.01 * before.allowed_square
+    assert (after.allowed_square >= before.allowed_square * (1 - 1e-9)).all()
+    assert changed.any()
+    assert not changed[before.of_ground if side == "angles" else before.of_angles].any()

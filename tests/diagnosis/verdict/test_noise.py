@@ -1,4 +1,4 @@
-"""The interval of the encoders' noise holds the noise as often as it says."""
+"""Noise of the encoders: its interval holds it as often as it says, and it is none where the description states it."""
 
 from __future__ import annotations
 
@@ -33,3 +33,13 @@ def test_the_interval_of_the_noise_covers_it() -> None:
         held += low <= NOISE_DEG <= high
         assert high - low < 0.1 * NOISE_DEG  # tens of thousands of readings tell more than that
     assert held >= 0.85 * DRAWS  # of 60 draws, fewer than 51 hold it once in 1000 where 95 % is meant
+
+
+def test_scatter_that_the_description_states_is_no_noise() -> None:
+    session = make_session(snake(), noise_deg=NOISE_DEG)
+    data = prepare(session)
+    floor = gather(data).floor
+    assert noisy_encoders(data, floor) is not None
+    stated = session.robot.tolerance.model_copy(update={"scatter_rad": np.radians(2 * NOISE_DEG)})
+    robot = session.robot.model_copy(update={"tolerance": stated})
+    assert noisy_encoders(replace(data, robot=robot), floor) is None

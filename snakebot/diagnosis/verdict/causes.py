@@ -142,6 +142,7 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
     outside = [r for r in rivals if r not in group and not degenerate(best, r)]
     ahead = min((lead(scoring, best, r).mean for r in outside), default=lead(scoring, best, without).mean)
     rest, closed = _rest_and_closed(scoring, best, without, term)
+    worn = any(t.own for t in best.hypothesis.terms)
     features = CauseFeatures(
         lead=round(ahead, 5),
         rest=round(rest, 4),
@@ -149,8 +150,8 @@ def _weigh(explanation: _Explanation, index: int, errors: Floats) -> _Weighed:
         share=explanation.share(index),
         motions=1 if found.untested else len(evidence.data.motions),
         explained=explanation.judgement.verdict == "explained",
-        own=term.own,
-        worn=any(t.own for t in best.hypothesis.terms),
+        own=term.own or (worn and find_effect(term.effect).everyday),
+        worn=worn,
         together=len(best.hypothesis.terms),
     )
     seen = SURE if features.motions > 1 else HALF

@@ -49,7 +49,8 @@ class CauseFeatures:
         share: of the whole gap, what it carries in the budget; 1 where nothing is shared out.
         motions: different motions in the session; 1 where only one shows the cause, so that nothing can be held out.
         explained: whether all causes together leave too little over to speak of.
-        own: whether each of its joints has values of its own, as joints do that are worn.
+        own: whether each of its joints has values of its own, as joints do that are worn, or it is an everyday effect
+            beside such a one.
         worn: whether joints have values of their own of this cause or of another.
         together: how many causes there are in all. A robot that has a little of everything is rarely explained to the
             last, so that many beside a rest say more than one.
@@ -96,6 +97,8 @@ class Calibration:
     weights: tuple[float, ...]
     command: str
     cases: int
+    causes: int
+    first_seeds: tuple[int, ...]
 
 
 @cache
@@ -113,6 +116,8 @@ def calibration(path: Path = CALIBRATION_FILE) -> Calibration:
         tuple(float(w) for w in data["weights"]),
         str(data["command"]),
         int(data["cases"]),
+        int(data["causes"]),
+        tuple(int(seed) for seed in data["first_seeds"]),
     )
 
 

@@ -12,9 +12,7 @@ import time
 from collections.abc import Iterator
 from typing import Any, Protocol
 
-RATE_HZ = (
-    100.0  # ticks a second of a run where no others are asked for; chosen: servos of hobby size take no more
-)
+RATE_HZ = 100.0  # ticks a second of a run where no others are asked for; chosen
 _CLOCK_MONOTONIC = 1  # Linux, <time.h>
 _TIMER_ABSTIME = 1  # Linux, <time.h>
 _PR_SET_TIMERSLACK = 29  # Linux, <sys/prctl.h>

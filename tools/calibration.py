@@ -20,6 +20,7 @@ PRIOR_WEIGHT = 0.3  # of the ridge on the rule's weights: few cases must not mak
 # Of the ridge towards the present rule where that is carried on: it rests on more causes than come to it; chosen, of 1,
 # 3, 10 and 30, by how well opened sets of faults and of worn robots are told with it.
 PRESENT_WEIGHT = 10.0
+LEAST_SHARE = 0.1  # of what one expects a weight to be, that it has in any case; chosen
 # Intercept and weights that one expects: a lead, a closed gap and a large share in it speak for a cause, a rest
 # against it.
 PRIOR = np.array([0.0, 1.0, -1.0, 2.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
@@ -47,7 +48,8 @@ def fit(
     evidence: Sequence[CauseFeatures], right: Sequence[bool], present: Calibration | None = None
 ) -> tuple[float, list[float]]:
     """Intercept and weights of a logistic rule, with a weak ridge towards the shape one expects. A weight that is
-    expected to be above or below zero is not on the other side: chance must not make a rest speak for a cause.
+    expected to be above or below zero is so by a tenth of that at least: chance must not make a rest speak for a cause,
+    nor for nothing.
 
     ``present``: the rule that is carried on; a weight of zero, where that is expected, is of a feature that it did not know.
     """
@@ -66,7 +68,7 @@ def fit(
         ridge = np.sum(strength * np.square(w - expected))
         return float(np.sum(np.logaddexp(0, z) - label * z) + ridge)
 
-    bounds = [(0.0 if w > 0 else None, 0.0 if w < 0 else None) for w in PRIOR]
+    bounds = [(LEAST_SHARE * w if w > 0 else None, LEAST_SHARE * w if w < 0 else None) for w in PRIOR]
     found = minimize(loss, expected, method="L-BFGS-B", bounds=bounds).x
     return float(found[0]), [float(v) for v in found[1:]]
 

@@ -51,7 +51,8 @@ def fit(
     expected to be above or below zero is so by a tenth of that at least: chance must not make a rest speak for a cause,
     nor for nothing.
 
-    ``present``: the rule that is carried on; a weight of zero, where that is expected, is of a feature that it did not know.
+    ``present``: the rule that is carried on; a weight of zero, where that is expected, is of a feature that it did not
+    know.
     """
     from scipy.optimize import minimize
 

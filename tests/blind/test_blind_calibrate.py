@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from tool_calls import called
 
-from snakebot.diagnosis.verdict.probability import CALIBRATION_FILE, CauseFeatures, probability
+from snakebot.diagnosis.verdict.probability import CALIBRATION_FILE, CauseFeatures, calibration, probability
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 
@@ -77,9 +77,11 @@ def test_a_rule_is_fitted_to_the_causes_that_it_gave_a_probability(
     answers = answered(folder, cause("no_such_effect", told), cause("no_other_effect", told / 2))
     written: list[Any] = []
     monkeypatch.setattr("calibration.write", lambda *given: written.append(given))
-    done = called(root / "tools" / "blind" / "calibrate", str(folder), str(answers))
-    assert done.returncode == 0, done.stderr
-    ((command, seeds, cases, evidence, right),) = written
+    for carried_on in ((), ("--carry-on",)):
+        done = called(root / "tools" / "blind" / "calibrate", *carried_on, str(folder), str(answers))
+        assert done.returncode == 0, done.stderr
+    (command, seeds, cases, evidence, right, present), (*_, carried) = written
+    assert (present, carried) == (None, calibration())
     assert "tools/blind/calibrate IN1 OUT1" in command
     assert (seeds, cases, right) == ([200_000_009], 2, [False, False])  # one of each two was given less
     assert [found.closed for found in evidence] == [0.97, 0.97]

@@ -19,6 +19,7 @@ LIKELY = 0.6  # least of what is called likely, and the highest beside a large r
 SURE = 0.85  # least of what is called sure, and of an end of experiments; chosen
 
 # Standard deviations or errors, and multiples of what is usual.
+
 # That make a difference a clear one: 95 %; times the noise, the floor or a tolerance, that are clearly more than that;
 # chosen.
 CLEAR = 2.0
@@ -27,7 +28,6 @@ CLEAR = 2.0
 # ground, together, came to 3.5 once, to 3.4 once, for the others to 3.2 at most.
 BEYOND_CHANCE = 3.3
 OUTSTANDING = 4.0  # times noise, standard error, an encoder's count or what is usual, that stand out; chosen
-
 ROUNDING = 1e-9  # below which a number is no more than an error of rounding; chosen: doubles carry 16 digits
 
 # How many.

@@ -358,7 +358,7 @@ def _floor(
         place.setdefault((window.place, int(kind[i]), window.course), []).append(
             (window.run, float(value[i]))
         )
-    squares: dict[int, list[float]] = {Feature.FORWARD: [], Feature.LATERAL: [], Feature.TURN: []}
+    squares: dict[int, list[float]] = {feature: [] for feature in Feature}
     for (_, what, _), group in place.items():
         squares[what] += [0.5 * (a - b) ** 2 for (i, a), (j, b) in combinations(group, 2) if (i, j) in like]
     floor = np.square(least) + noise_square

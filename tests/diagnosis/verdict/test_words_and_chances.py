@@ -26,17 +26,7 @@ def test_probabilities_rise_with_the_lead_and_fall_with_the_rest() -> None:
         together=1,
     )
     assert probability(poor) <= 0.6  # so much left over: not the whole story
-    base = CauseFeatures(
-        lead=0.3,
-        rest=1.0,
-        closed=0.98,
-        share=1.0,
-        motions=4,
-        explained=True,
-        own=False,
-        worn=False,
-        together=1,
-    )
+    base = replace(poor, lead=0.3, rest=1.0)
     assert probability(replace(base, lead=1.0)) >= probability(base) >= probability(replace(base, lead=0.0))
     assert probability(replace(base, rest=50.0)) < probability(base)
     assert probability(replace(base, motions=1)) <= 0.5

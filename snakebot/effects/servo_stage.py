@@ -27,7 +27,7 @@ class ServoRun:
         known_rad: (T, joints) true joint angles where they are known: a joint without a set-point takes them, so that
             its servo wakes up from the right place. (A broken joint does not: it is simulated.)
         load_nm: (T, joints) torques that are known: sag and friction are then quasi-static, without simulating the
-            body, and no torque limit is felt.
+            body, play is crossed as ``physics.borne_play`` says, and no torque limit is felt.
         pose: x, y, heading of the body at the first sample.
     """
 
@@ -143,11 +143,17 @@ def _on_a_body(stages: Stages, driven: _Driven) -> Servos:
 
 
 def _apart(stages: Stages, driven: Sequence[_Driven], joints: Ints) -> list[tuple[_Driven, Servos]]:
+    from snakebot.physics.borne_play import borne_side
     from snakebot.physics.servos_apart import run_apart
 
     loads = [each.run.load_nm for each in driven]
+    rows, half_play_rad = stages.servo_rows, np.zeros(0)
+    if loads[0] is not None and (loose := layout.loose(rows)).any():
+        half_play_rad = np.where(loose, 0.5 * rows[:, layout.BACKLASH_RAD], 0.0)
+        rows = rows.copy()
+        rows[loose, layout.BACKLASH_RAD] = 0.0
     angle, felt = run_apart(
-        stages.servo_rows,
+        rows,
         np.stack([each.start_rad for each in driven]),
         joints,
         [each.run.t_s for each in driven],
@@ -158,6 +164,10 @@ def _apart(stages: Stages, driven: Sequence[_Driven], joints: Ints) -> list[tupl
         load_nm=None if loads[0] is None else [load for load in loads if load is not None],
         known_rad=[each.known_rad for each in driven],
     )
+    if half_play_rad.size:
+        for a, each in zip(angle, driven, strict=True):
+            assert each.run.load_nm is not None
+            a += np.where(each.powered, half_play_rad * borne_side(each.run.t_s, each.run.load_nm), 0.0)
     return [(each, Servos(a, f, each.powered)) for each, a, f in zip(driven, angle, felt, strict=True)]
 
 

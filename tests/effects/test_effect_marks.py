@@ -10,6 +10,7 @@ import pytest
 from snakebot.arrays import Floats
 from snakebot.effects import assemble, predict
 from snakebot.robot import Robot, load_robot, robot_from_mapping
+from snakebot.smoothing import smoothed
 
 OMEGA = 4.0
 AMPLITUDE = 0.8
@@ -226,6 +227,21 @@ def test_play_that_the_load_takes_up_in_a_body(
     heavy = np.abs(load) > 0.5 * np.quantile(np.abs(load), 0.95)
     assert np.mean(np.sign(swing[heavy]) == -np.sign(load[heavy])) > 0.95
     assert np.mean(np.abs(swing[heavy])) > 0.75 * half
+
+
+@pytest.mark.parametrize("width_deg", [0.3, 1.0])
+def test_play_under_known_torques_goes_as_in_a_body(width_deg: float) -> None:
+    """Torques of the motion itself say what play changes, but for half of it, without simulating the body."""
+    robot = load_robot("penn_state")
+    t = np.arange(0, 8, 0.01)
+    ramp = np.clip(t / 1.5, 0, 1)[:, None] ** 2
+    command = ramp * np.radians(45) * np.sin(2 * t[:, None] + np.arange(robot.joints) * np.radians(80))
+    play = [f"backlash:width_deg={width_deg},loaded=1"]
+    nominal = predict(robot, (), t, command, quantise=False).joint_angle_rad
+    swinging = predict(robot, play, t, command, quantise=False).joint_angle_rad
+    load = assemble(robot).torque_of(t, smoothed(t, swinging))
+    given = predict(robot, play, t, command, quantise=False, load_nm=load).joint_angle_rad
+    assert np.std(given - swinging) < np.std(nominal - swinging) * 0.5
 
 
 def test_gain_and_offset() -> None:

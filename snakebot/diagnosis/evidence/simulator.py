@@ -30,7 +30,6 @@ from snakebot.physics.servo_layout import (
     RATE_DROP_PER_NM,
     SOURCE,
     TORQUE_LIMIT_NM,
-    loose,
 )
 from snakebot.smoothing import smoothed
 
@@ -246,7 +245,7 @@ def _meets(stages: Stages, rough: bool) -> bool:
 
 def _goes_along(rows: Floats) -> bool:
     """Whether some joint goes where the rest of the body takes it: torques of a motion say little of it."""
-    limited = np.isfinite(rows[:, TORQUE_LIMIT_NM]) | (rows[:, LOCKED] == FREE_JOINT) | loose(rows)
+    limited = np.isfinite(rows[:, TORQUE_LIMIT_NM]) | (rows[:, LOCKED] == FREE_JOINT)
     return bool(limited.any())
 
 

@@ -27,14 +27,19 @@ def everyday_terms(library: Library) -> tuple[Term, ...]:
 
 
 def other_kinds(evidence: Evidence, library: Library, term: Term) -> list[Term]:
-    """The same everyday effect with its switches set otherwise, as far as it needs no load."""
+    """The same everyday effect with its switches set otherwise, as far as the torques of the measured motion say what
+    it does: those that servos feel are known of a body and of an arm alone.
+    """
     simulator = evidence.predictor.simulator
+
+    def is_known(other: Term) -> bool:
+        specs = other.specs([p.typical for p in other.open])
+        if simulator.rough_needs_body(specs):
+            return False
+        return simulator.measured_load(0) is not None or not simulator.stages(specs).feels_load
+
     others = [replace(term, fixed=fixed) for fixed in kinds(library, find_effect(term.effect))]
-    return [
-        other
-        for other in others
-        if other != term and not simulator.stages(other.specs([p.typical for p in other.open])).feels_load
-    ]
+    return [other for other in others if other != term and is_known(other)]
 
 
 def all_but(everyday: Sequence[Term], hypothesis: Hypothesis) -> tuple[Term, ...]:
@@ -49,7 +54,5 @@ def takes_a_place(everyday: Sequence[Term], hypothesis: Hypothesis) -> bool:
 
 
 def is_one_of(everyday: Sequence[Term], term: Term) -> bool:
-    """Whether an explanation's term is an everyday effect, of whatever joints. Play that the load takes up is not: it
-    is another play than the one that every joint has a little of, and it needs the whole body.
-    """
+    """Whether an explanation's term is an everyday effect, of whatever joints; of the kind that these joints show."""
     return any(term.effect == other.effect and term.fixed == other.fixed for other in everyday)

@@ -15,6 +15,7 @@ from snakebot.diagnosis.search.candidates import kinds
 from snakebot.diagnosis.search.everyday import everyday_terms, is_worn, other_kinds
 from snakebot.diagnosis.search.library import usable_effects
 from snakebot.effects.registry import find_effect
+from snakebot.robot import Robot, robot_from_mapping
 
 GAITS = ((66, 80, 2.0), (30, 80, 4.0), (50, 60, 1.0), (20, 80, 6.0))
 OFFSETS_DEG, PLAYS_DEG = (1.5, -2.0, 0.8), (2.0, 1.2, 3.0)
@@ -85,13 +86,22 @@ def test_hard_bands_of_all_joints_leave_the_delay_to_the_delay() -> None:
     assert found.verdict == "explained"
 
 
-def test_a_dead_band_has_another_everyday_kind_and_play_has_none() -> None:
-    nominal, evidence = against_nominal(gather(prepare(make_session(snake()))))
+def on_an_arm() -> Robot:
+    return robot_from_mapping({"joints": 2, "servo": {"arm": {"mass_kg": 0.3, "length_m": 0.1}}}, "arm")
+
+
+@pytest.mark.parametrize(
+    ("robot", "kinds_of_play"),
+    [(snake(), 1), (bench(), 0), (on_an_arm(), 1)],
+)
+def test_everyday_effects_have_other_kinds_where_torques_are_known(robot: Robot, kinds_of_play: int) -> None:
+    nominal, evidence = against_nominal(gather(prepare(make_session(robot))))
     assert nominal.hypothesis == Hypothesis()
     library = usable_effects(evidence.data, over_ground=False)
     others = {term.effect: other_kinds(evidence, library, term) for term in everyday_terms(library)}
     (band,) = others.pop("deadband")
     assert ("hard", 1.0) in band.fixed
+    assert len(others.pop("backlash")) == kinds_of_play
     assert not any(others.values())
     hard = library.of_kinds([band])
     assert band in everyday_terms(hard)

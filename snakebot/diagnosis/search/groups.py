@@ -32,7 +32,7 @@ def indistinguishable(evidence: Evidence, best: Trial, rivals: Sequence[Trial], 
     near = [r for r in rivals if lead(scoring, best, r).mean < TOO_FAR and not degenerate(best, r)]
     if not near:
         return []
-    ahead = [r for r in near if _leads(scoring, best, r)]
+    ahead = _ahead_by_either(evidence, best, [r for r in near if _leads(scoring, best, r)])
     clear: set[Trial] = set()
     if ahead:
         ideal = _as_if(evidence, best, seed)
@@ -51,6 +51,23 @@ def _leads(scoring: Scoring, best: Trial, rival: Trial) -> bool:
     # sound robots differ by more than what is ``ALIKE`` elsewhere
     enough = LITTLE if not gap_of(scoring, rival.held_square).any else ALIKE
     return seen.z >= CLEAR and seen.mean >= enough
+
+
+def _ahead_by_either(evidence: Evidence, best: Trial, rivals: Sequence[Trial]) -> list[Trial]:
+    """Those of ``rivals`` that fall behind under the torques of the measured motion, too, where these will do: on which
+    side of its play a joint of the simulated body comes to rest may be chance.
+    """
+    simulator = evidence.predictor.simulator
+
+    def without_body(trial: Trial) -> Trial:
+        return run_trial(evidence, trial.hypothesis, [trial.theta], rough=True, cross=False)
+
+    if not rivals or not simulator.needs_body(best.specs) or simulator.rough_needs_body(best.specs):
+        return list(rivals)
+    apart = [r for r in rivals if not simulator.rough_needs_body(r.specs)]
+    roughly, *others = in_parallel(without_body, [best, *apart])
+    near = {r for r, o in zip(apart, others, strict=True) if not _leads(evidence.scoring, roughly, o)}
+    return [r for r in rivals if r not in near]
 
 
 def _apart(scoring: Scoring, truth: Trial, refit: Trial) -> float:

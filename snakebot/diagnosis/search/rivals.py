@@ -11,7 +11,6 @@ import numpy as np
 
 from snakebot.arrays import Floats
 from snakebot.diagnosis.evidence.gather import Evidence
-from snakebot.diagnosis.evidence.simulator import Simulator
 from snakebot.diagnosis.fit.hypothesis import Hypothesis, Joints, Term
 from snakebot.diagnosis.fit.parallel import in_parallel
 from snakebot.diagnosis.fit.trial import Trial, run_trial, run_trial_against
@@ -91,7 +90,7 @@ def _of_term(
         )
     rest = best.hypothesis.without(index)
     if term.own:
-        others = _in_place(evidence.predictor.simulator, library, best, index)
+        others = _in_place(evidence, library, best, index, base)
         trials = in_parallel(
             lambda c: run_trial_against(evidence, best, c.hypothesis, c.starts, last=True), others
         )
@@ -114,7 +113,7 @@ def _of_term(
         made = in_parallel(partial(candidates, near, library, base), wanted)
         fits += first_looks(near, list(chain.from_iterable(made)), base)
     # a fit on top of the rest as it was without the term may not find back to where look-alikes are alike
-    fits += first_looks(evidence, _in_place(evidence.predictor.simulator, library, best, index))
+    fits += first_looks(evidence, _in_place(evidence, library, best, index))
     fits.sort(key=lambda t: -t.fitted_score(evidence.scoring))
     known = round_.held(evidence) if round_ else {}
     nearest: dict[Hypothesis, Trial] = {}
@@ -126,60 +125,82 @@ def _of_term(
     return tuple(ranked(evidence.scoring, held))
 
 
-def _in_place(simulator: Simulator, library: Library, best: Trial, index: int) -> list[Candidate]:
-    """What is said to be taken for an effect, in its place: on the same joints, the rest as it is beside the effect. If
-    the rest has such an effect already, that one is said of these joints, too; but not where most of them have it: they
-    would do without anything in its place.
+def _in_place(
+    evidence: Evidence, library: Library, best: Trial, index: int, base: Trial | None = None
+) -> list[Candidate]:
+    """What is said to be taken for an effect, in its place: on the same joints, and on the one that it does most for,
+    the rest as it is beside the effect. If the rest has such an effect already, that one is said of these joints, too;
+    but not where most of them have it: they would do without anything in its place.
+
+    ``base``: what is left without the effect, if it is known.
     """
-    confused = look_alikes(best.hypothesis.terms[index].effect)
-    every = tuple(range(1, simulator.data.joints + 1))
+    term = best.hypothesis.terms[index]
+    confused = look_alikes(term.effect)
+    every = tuple(range(1, evidence.data.joints + 1))
+    places = [term.joints or every]
+    if term.own and base is not None:
+        places += _does_most_for(evidence, best, base)
     out = []
     for effect in library.effects:
         if effect.name not in confused or not effect.per_joint or effect.is_read_off:
             continue
-        beside = [t for t in best.hypothesis.terms if t.effect == effect.name]
-        if not beside:
-            found = _instead(library, best, index, effect, every)
-        elif len(beside) == 1 and _most_lack(best.hypothesis.terms[index], beside[0], every):
-            found = _of_more_joints(library, best, index, effect, every)
-        else:
-            continue
-        last = found.hypothesis.split(found.starts[0])[-1].tolist()
-        if not simulator.needs_body(found.hypothesis.terms[-1].specs(last)):
-            out.append(found)
+        for at in places:
+            found = _on_joints(library, best, index, effect, at, every)
+            if found is None:
+                continue
+            last = found.hypothesis.split(found.starts[0])[-1].tolist()
+            if not evidence.predictor.simulator.needs_body(found.hypothesis.terms[-1].specs(last)):
+                out.append(found)
     return out
 
 
-def _most_lack(term: Term, other: Term, every: Joints) -> bool:
-    """Whether half of the joints of one term or more have not the other; ``every``: all joints."""
-    lacking = set(term.joints or every) - set(other.joints or every)
-    return len(lacking) >= HALF * len(term.joints or every)
+def _does_most_for(evidence: Evidence, best: Trial, base: Trial) -> list[Joints]:
+    """The joint for which ``best`` does more beyond ``base`` than for all others together, if there is one."""
+    angles = evidence.scoring.of_angles
+    joint = evidence.scoring.joint[angles]
+    more = np.bincount(joint, weights=np.maximum(base.held_square - best.held_square, 0.0)[angles])
+    first = int(np.argmax(more))
+    return [(first + 1,)] if more[first] > HALF * more.sum() else []
 
 
-def _instead(library: Library, best: Trial, index: int, effect: Effect, every: Joints) -> Candidate:
-    """An effect that the rest does not have, in the place of term ``index``; ``every``: all joints."""
-    term = best.hypothesis.terms[index]
-    other = replace(term, effect=effect.name, fixed=kinds(library, effect)[0])
-    start = [_start(library, effect, other, joints or every) for joints in term.alike]
-    kept = best.hypothesis.rest(best.theta, index)
-    return Candidate(best.hypothesis.without(index).plus(other), [np.concatenate([kept, *start])])
-
-
-def _of_more_joints(library: Library, best: Trial, index: int, effect: Effect, every: Joints) -> Candidate:
-    """The rest's own term of an effect, of the joints of term ``index`` as well; each joint with values of its own."""
+def _on_joints(
+    library: Library, best: Trial, index: int, effect: Effect, at: Joints, every: Joints
+) -> Candidate | None:
+    """``effect`` on the joints ``at`` in the place of term ``index``, which stays on its others; None where the rest
+    has the effect on most of them. ``every``: all joints.
+    """
     term, rest = best.hypothesis.terms[index], best.hypothesis.without(index)
-    place = [t.effect for t in rest.terms].index(effect.name)
-    there = rest.terms[place]
     kept = best.hypothesis.rest(best.theta, index)
-    values = rest.split(kept)[place].reshape(len(there.alike), -1)
-    rows = {joint: row for joints, row in zip(there.alike, values, strict=True) for joint in joints or every}
-    for joint in term.joints or every:
+    stays = tuple(joint for joint in term.joints or every if joint not in at)
+    if stays:
+        rows = _by_joint(term, best.hypothesis.split(best.theta)[index], every)
+        rest = rest.plus(replace(term, joints=stays, own=len(stays) > 1))
+        kept = np.concatenate([kept, *(rows[joint] for joint in stays)])
+    places = [k for k, other in enumerate(rest.terms) if other.effect == effect.name]
+    if not places:
+        other = replace(term, effect=effect.name, fixed=kinds(library, effect)[0])
+        if stays:
+            other = replace(other, joints=at, own=len(at) > 1)
+        start = [_start(library, effect, other, joints or every) for joints in other.alike]
+        return Candidate(rest.plus(other), [np.concatenate([kept, *start])])
+    place = places[0]
+    there = rest.terms[place]
+    rows = _by_joint(there, rest.split(kept)[place], every)
+    if len(places) > 1 or len(set(at) - set(rows)) < HALF * len(at):
+        return None
+    for joint in at:
         if joint not in rows:
             rows[joint] = _start(library, effect, replace(there, joints=(joint,), own=False), (joint,))
     joints = tuple(sorted(rows))
     wider = replace(there, joints=joints, own=len(joints) > 1)
     theta = [rest.rest(kept, place), *(rows[joint] for joint in joints)]
     return Candidate(rest.without(place).plus(wider), [np.concatenate(theta)])
+
+
+def _by_joint(term: Term, values: Floats, every: Joints) -> dict[int, Floats]:
+    """What a term's parameters are on each of its joints; ``every``: all joints."""
+    rows = values.reshape(len(term.alike), -1)
+    return {joint: row for joints, row in zip(term.alike, rows, strict=True) for joint in joints or every}
 
 
 def _start(library: Library, effect: Effect, term: Term, joints: Joints) -> Floats:

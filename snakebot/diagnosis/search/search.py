@@ -27,6 +27,8 @@ from snakebot.diagnosis.search.acceptance import (
     closes_half,
     excess,
     excess_as_fitted,
+    gains,
+    lead,
     leaves_next_to_nothing,
     may_be_named,
 )
@@ -169,12 +171,21 @@ def search(
             singles = in_parallel(partial(as_fitted, evidence), singles)
             best = next(t for t in singles if t.hypothesis == found.hypothesis)
             path = [nominal, best]
+
+    def rivals_of(best: Trial) -> tuple[tuple[Trial, ...], ...]:
+        return rivals(evidence, every_effect, best, singles, rounds, fits, without, progress)
+
+    others = rivals_of(best)
+    while not untested and (better := _better(evidence, best, others)) is not None:
+        best, without = in_fewest_words(evidence, every_effect, nominal, better)
+        path.append(best)
+        others = rivals_of(best)
     return SearchResult(
         evidence,
         nominal,
         best,
         singles=tuple(singles),
-        rivals=rivals(evidence, every_effect, best, singles, rounds, fits, without, progress),
+        rivals=others,
         path=tuple(path),
         without=without,
         fits=(nominal, *fits),
@@ -227,6 +238,16 @@ def _swap(evidence: Evidence, best: Trial, singles: Sequence[Trial]) -> Trial:
     fits = sorted(first_looks(evidence, tried), key=lambda t: -t.fitted_score(evidence.scoring))
     trials = held_out(evidence, fits[:FOLLOWED_UP], ahead=best)
     return ranked(evidence.scoring, [best, *trials])[0]
+
+
+def _better(evidence: Evidence, best: Trial, rivals: Sequence[Sequence[Trial]]) -> Trial | None:
+    """The best of some rivals that clearly does better than ``best``, fitted as that is; None where none does."""
+    ahead = [r for of_term in rivals for r in of_term if gains(lead(evidence.scoring, r, best))]
+    if not ahead:
+        return None
+    first = ranked(evidence.scoring, ahead)[0]
+    better = run_trial(evidence, first.hypothesis, [first.theta])
+    return better if gains(lead(evidence.scoring, better, best)) else None
 
 
 def _elsewhere(evidence: Evidence, library: Library, best: Trial) -> Trial:

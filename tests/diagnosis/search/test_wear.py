@@ -48,6 +48,27 @@ def test_three_effects_that_differ_from_joint_to_joint_are_three_causes() -> Non
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(300)
+def test_play_that_the_load_takes_up_leaves_the_lag_to_the_lag() -> None:
+    """Play that friction holds would be told as half of that, and half of the lag as a delay."""
+    robot, play = snake(), (0.7, 0.5, 0.9, 0.6, 0.8)
+    lag_s = robot.servo.time_constant_s * np.array([1.3, 1.2, 1.4, 1.25, 1.35])
+    every = "joints=1+2+3+4+5"
+    worn = (
+        f"servo_lag:time_constant_s={'+'.join(f'{lag:.5f}' for lag in lag_s)},{every}",
+        f"servo_offset:offset_deg=0.6+-0.5+0.4+-0.7+0.5,{every}",
+        f"backlash:width_deg={'+'.join(map(str, play))},loaded=1,{every}",
+    )
+    found = diagnose(make_session(robot, worn, gaits=GAITS), quick=True)
+    causes = {cause.effect: cause for cause in found.causes if len(cause.joints) > 1}
+    assert set(causes) == {"servo_lag", "servo_offset", "backlash"}
+    lags = [joint.estimate for joint in causes["servo_lag"].parameters["time_constant_s"].by_joint]
+    assert np.allclose(lags, lag_s, rtol=0.05)
+    widths = [joint.estimate for joint in causes["backlash"].parameters["width_deg"].by_joint]
+    assert np.allclose(widths, play, rtol=0.15)
+
+
+@pytest.mark.slow
 def test_a_fault_beside_the_wear_is_found() -> None:
     fault = "rate_limit:limit_rad_s=1.2,joints=2"
     found = diagnose(make_session(bench(3), (*WORN, fault), gaits=GAITS), quick=True)

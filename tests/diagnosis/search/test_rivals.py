@@ -58,7 +58,9 @@ def test_an_effect_that_the_rest_does_not_have_is_on_the_same_joints(evidence: E
     assert lags.hypothesis.terms == (Term("servo_offset", (3,)), Term("servo_lag", (1, 2), own=True))
 
 
-def test_the_joint_that_an_effect_does_most_for_may_have_another(evidence: Evidence) -> None:
+def test_the_joint_that_an_effect_does_most_for_may_have_another() -> None:
+    lags = "servo_lag:time_constant_s=0.09+0.05,joints=1+2"
+    evidence = gather(prepare(make_session(bench(3), (lags,), gaits=SLOW)))
     said = Hypothesis((Term("command_delay", (1, 2, 3), own=True), Term("servo_offset", (3,))))
     of_delay, _ = rivals_of(evidence, said, [0.04, 0.03, 0.001, 0.1])
     (one,) = (t for t in of_delay if "command_delay" in t.hypothesis.names)

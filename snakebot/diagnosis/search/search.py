@@ -177,7 +177,10 @@ def search(
 
     others = rivals_of(best)
     while not untested and (better := _better(evidence, best, others)) is not None:
-        best, without = in_fewest_words(evidence, every_effect, nominal, better)
+        plain, less = in_fewest_words(evidence, every_effect, nominal, better)
+        if not gains(lead(evidence.scoring, plain, best)):
+            break
+        best, without = plain, less
         path.append(best)
         others = rivals_of(best)
     return SearchResult(

@@ -139,7 +139,7 @@ def _in_place(
     every = tuple(range(1, evidence.data.joints + 1))
     places = [term.joints or every]
     if term.own and base is not None:
-        places += _does_most_for(evidence, best, base)
+        places += [(joint,) for joint in places[0] if _does_most_for(joint, evidence, best, base)]
     out = []
     for effect in library.effects:
         if effect.name not in confused or not effect.per_joint or effect.is_read_off:
@@ -154,13 +154,12 @@ def _in_place(
     return out
 
 
-def _does_most_for(evidence: Evidence, best: Trial, base: Trial) -> list[Joints]:
-    """The joint for which ``best`` does more beyond ``base`` than for all others together, if there is one."""
-    angles = evidence.scoring.of_angles
-    joint = evidence.scoring.joint[angles]
-    more = np.bincount(joint, weights=np.maximum(base.held_square - best.held_square, 0.0)[angles])
-    first = int(np.argmax(more))
-    return [(first + 1,)] if more[first] > HALF * more.sum() else []
+def _does_most_for(joint: int, evidence: Evidence, best: Trial, base: Trial) -> bool:
+    """Whether ``best`` does more beyond ``base`` for this joint (1-based) than for all others together."""
+    more = np.maximum(base.held_square - best.held_square, 0.0)
+    of_angles = evidence.scoring.of_angles
+    mine = of_angles & (evidence.scoring.joint == joint - 1)
+    return bool(more[mine].sum() > HALF * more[of_angles].sum())
 
 
 def _on_joints(

@@ -30,6 +30,7 @@ from snakebot.physics.servo_layout import (
     RATE_DROP_PER_NM,
     SOURCE,
     TORQUE_LIMIT_NM,
+    loose,
 )
 from snakebot.smoothing import smoothed
 
@@ -65,11 +66,14 @@ class Simulator:
 
     def beside(self, specs: Iterable[EffectSpec]) -> Simulator:
         """The same robot, for rough predictions of these effects with others beside them: what takes a body even so
-        stays as it shows with these alone.
+        stays as it shows with these alone. So does play that the load takes up: under torques that are given it is
+        off by more than most effects change.
         """
         out = copy(self)
         out._beside = tuple(specs)
-        out._frozen = tuple(spec for spec in out._beside if self.rough_needs_body([spec]))
+        out._frozen = tuple(
+            spec for spec in out._beside if self.rough_needs_body([spec]) or self._swings([spec])
+        )
         out._marks = {}
         return out
 
@@ -81,6 +85,11 @@ class Simulator:
     def rough_needs_body(self, specs: Iterable[EffectSpec]) -> bool:
         """Whether the whole body must be simulated even for a rough prediction."""
         return _meets(self.stages(self._not_frozen(specs)), rough=True)
+
+    def _swings(self, specs: Iterable[EffectSpec]) -> bool:
+        """Whether a joint of the body has play that the load takes up."""
+        stages = self.stages(specs)
+        return stages.model is not None and bool(loose(stages.servo_rows).any())
 
     def needs_body(self, specs: Iterable[EffectSpec]) -> bool:
         """Whether the whole body must be simulated, unless a rough prediction will do."""

@@ -99,9 +99,12 @@ def _by_side(fits: Sequence[Trial]) -> tuple[list[Trial], list[Trial]]:
 def _promise_most(
     scoring: Scoring, fits: Sequence[Trial], base: Trial, fewest: int, most: int
 ) -> list[Trial]:
-    """The fits that gain most, and those that gain nearly as much."""
+    """The fits that gain most, and those that gain nearly as much; of one explanation the best fit."""
     reached = [scoring.gain(t.fitted_square, base.fitted_square).mean for t in fits]
-    order = np.argsort(reached, kind="stable")[::-1]
+    best: dict[Hypothesis, int] = {}
+    for i in np.argsort(reached, kind="stable")[::-1].tolist():
+        best.setdefault(fits[i].hypothesis, i)
+    order = list(best.values())
     near = [i for i in order if reached[i] >= (1 - MUCH) * reached[order[0]]]
     kept = list(dict.fromkeys([*order[:fewest], *near]))[:most]
     return [fits[i] for i in kept if reached[i] > 0]

@@ -20,6 +20,7 @@ from physics_peers import MujocoChain
 from snakebot.diagnosis.evidence.operators import limited, play
 from snakebot.diagnosis.evidence.within_bounds import minimum_within
 from snakebot.physics import ChainModel, replay
+from snakebot.physics.borne_play import borne_side
 from snakebot.robot import load_robot
 from snakebot.softboard import SoftBoard
 
@@ -47,6 +48,7 @@ def in_mujoco() -> None:
 def in_the_diagnosis() -> None:
     """What a session of a bench does not need: the motion over ground, and play."""
     one = np.ones(1)
+    borne_side(one, np.ones((1, 1)))
     minimum_within(np.eye(1), one, -one, one, np.zeros(1))
     play(np.zeros(2), 0.1)
     limited(np.arange(2.0), np.zeros(2), 0.1)

@@ -32,7 +32,7 @@ def indistinguishable(evidence: Evidence, best: Trial, rivals: Sequence[Trial], 
     near = [r for r in rivals if lead(scoring, best, r).mean < TOO_FAR and not degenerate(best, r)]
     if not near:
         return []
-    ahead = _ahead_by_either(evidence, best, [r for r in near if _leads(scoring, best, r)])
+    ahead = _behind_either_way(evidence, best, [r for r in near if _leads(scoring, best, r)])
     clear: set[Trial] = set()
     if ahead:
         ideal = _as_if(evidence, best, seed)
@@ -53,7 +53,7 @@ def _leads(scoring: Scoring, best: Trial, rival: Trial) -> bool:
     return seen.z >= CLEAR and seen.mean >= enough
 
 
-def _ahead_by_either(evidence: Evidence, best: Trial, rivals: Sequence[Trial]) -> list[Trial]:
+def _behind_either_way(evidence: Evidence, best: Trial, rivals: Sequence[Trial]) -> list[Trial]:
     """Those of ``rivals`` that fall behind under the torques of the measured motion, too, where these will do: on which
     side of its play a joint of the simulated body comes to rest may be chance.
     """

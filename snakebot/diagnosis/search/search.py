@@ -172,17 +172,17 @@ def search(
             best = next(t for t in singles if t.hypothesis == found.hypothesis)
             path = [nominal, best]
 
-    def rivals_of(best: Trial) -> tuple[tuple[Trial, ...], ...]:
+    def rivals_of(best: Trial, without: Sequence[Trial]) -> tuple[tuple[Trial, ...], ...]:
         return rivals(evidence, every_effect, best, singles, rounds, fits, without, progress)
 
-    others = rivals_of(best)
+    others = rivals_of(best, without)
     while not untested and (better := _better(evidence, best, others)) is not None:
         plain, less = in_fewest_words(evidence, every_effect, nominal, better)
         if not gains(lead(evidence.scoring, plain, best)):
             break
         best, without = plain, less
         path.append(best)
-        others = rivals_of(best)
+        others = rivals_of(best, without)
     return SearchResult(
         evidence,
         nominal,

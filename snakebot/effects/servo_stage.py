@@ -147,11 +147,11 @@ def _apart(stages: Stages, driven: Sequence[_Driven], joints: Ints) -> list[tupl
     from snakebot.physics.servos_apart import run_apart
 
     loads = [each.run.load_nm for each in driven]
-    rows, half_play_rad = stages.servo_rows, np.zeros(0)
-    if loads[0] is not None and (loose := layout.loose(rows)).any():
-        half_play_rad = np.where(loose, 0.5 * rows[:, layout.BACKLASH_RAD], 0.0)
+    rows, swing_rad = stages.servo_rows, layout.half_swing_rad(stages.servo_rows)
+    swings = loads[0] is not None and bool(swing_rad.any())
+    if swings:
         rows = rows.copy()
-        rows[loose, layout.BACKLASH_RAD] = 0.0
+        rows[swing_rad > 0, layout.BACKLASH_RAD] = 0.0
     angle, felt = run_apart(
         rows,
         np.stack([each.start_rad for each in driven]),
@@ -164,10 +164,10 @@ def _apart(stages: Stages, driven: Sequence[_Driven], joints: Ints) -> list[tupl
         load_nm=None if loads[0] is None else [load for load in loads if load is not None],
         known_rad=[each.known_rad for each in driven],
     )
-    if half_play_rad.size:
-        for a, each in zip(angle, driven, strict=True):
-            assert each.run.load_nm is not None
-            a += np.where(each.powered, half_play_rad * borne_side(each.run.t_s, each.run.load_nm), 0.0)
+    if swings:
+        for a, each, load in zip(angle, driven, loads, strict=True):
+            assert load is not None
+            a += np.where(each.powered, swing_rad * borne_side(each.run.t_s, load), 0.0)
     return [(each, Servos(a, f, each.powered)) for each, a, f in zip(driven, angle, felt, strict=True)]
 
 

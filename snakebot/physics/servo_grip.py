@@ -83,7 +83,7 @@ def grips_of(params: Floats, model: ChainModel) -> Floats:
     fade = np.where(line, params[:, layout.RATE_DROP_PER_S], 0.0)
     inertia = felt_inertia_kg_m2(model)
     soft = give > 0
-    play = np.where(layout.loose(params), 0.5 * params[:, layout.BACKLASH_RAD], 0.0)
+    play = layout.half_swing_rad(params)
     stiff = inertia * np.where(play > 0, CONTACT_RAD_S, STIFF_RAD_S) ** 2
     stiffness = np.where(soft, 1.0 / np.where(soft, give, 1.0), stiff)
     damping = 2.0 * np.where(soft, SOFT_DAMPING, 1.0) * np.sqrt(stiffness * inertia)

@@ -136,6 +136,11 @@ def loose(parameters: Floats) -> Bools:
     return swings
 
 
+def half_swing_rad(parameters: Floats) -> Floats:
+    """(joints,) half of the play in which the output swings as the load wants it to; zero where it is not ``loose``."""
+    return np.where(loose(parameters), 0.5 * parameters[:, BACKLASH_RAD], 0.0)
+
+
 def needs_fine_steps(parameters: Floats) -> bool:
     """Whether the closed forms of the kernel do not hold over a whole set-point on some joint, see ``fine_joints``."""
     return bool(fine_joints(parameters).any())

@@ -25,6 +25,7 @@ from snakebot.diagnosis.search.rounds import (
     Round,
     called_for,
     first_looks,
+    first_of_each,
     held_out,
     ranked,
 )
@@ -116,10 +117,7 @@ def _of_term(
     fits += first_looks(evidence, _in_place(evidence, library, best, index))
     fits.sort(key=lambda t: -t.fitted_score(evidence.scoring))
     known = round_.held(evidence) if round_ else {}
-    nearest: dict[Hypothesis, Trial] = {}
-    for fit in fits:
-        nearest.setdefault(fit.hypothesis, fit)
-    first = list(nearest.values())[:HELD_OUT]
+    first = first_of_each(fits)[:HELD_OUT]
     held = [known[fit.hypothesis] for fit in first if fit.hypothesis in known]
     held += held_out(evidence, [fit for fit in first if fit.hypothesis not in known], ahead=best)
     return tuple(ranked(evidence.scoring, held))

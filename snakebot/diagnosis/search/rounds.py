@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
@@ -96,18 +96,24 @@ def _by_side(fits: Sequence[Trial]) -> tuple[list[Trial], list[Trial]]:
     return [fit for fit in fits if fit not in over_ground], over_ground
 
 
+def first_of_each(trials: Iterable[Trial]) -> list[Trial]:
+    """The first of some trials of each explanation."""
+    found: dict[Hypothesis, Trial] = {}
+    for trial in trials:
+        found.setdefault(trial.hypothesis, trial)
+    return list(found.values())
+
+
 def _promise_most(
     scoring: Scoring, fits: Sequence[Trial], base: Trial, fewest: int, most: int
 ) -> list[Trial]:
     """The fits that gain most, and those that gain nearly as much; of one explanation the best fit."""
-    reached = [scoring.gain(t.fitted_square, base.fitted_square).mean for t in fits]
-    best: dict[Hypothesis, int] = {}
-    for i in np.argsort(reached, kind="stable")[::-1].tolist():
-        best.setdefault(fits[i].hypothesis, i)
-    order = list(best.values())
-    near = [i for i in order if reached[i] >= (1 - MUCH) * reached[order[0]]]
+    gained = {fit: scoring.gain(fit.fitted_square, base.fitted_square).mean for fit in fits}
+    ascending = np.argsort([gained[fit] for fit in fits], kind="stable")
+    order = first_of_each(fits[i] for i in ascending[::-1])
+    near = [fit for fit in order if gained[fit] >= (1 - MUCH) * gained[order[0]]]
     kept = list(dict.fromkeys([*order[:fewest], *near]))[:most]
-    return [fits[i] for i in kept if reached[i] > 0]
+    return [fit for fit in kept if gained[fit] > 0]
 
 
 def _leave_least(
@@ -118,11 +124,12 @@ def _leave_least(
     gains no score at all, unless it leaves less than half of what ``base`` leaves.
     """
     left = {fit: excess_as_fitted(scoring, fit, scoring.of_angles) for fit in (base, *fits)}
-    least: dict[Hypothesis, Trial] = {}
-    for fit in sorted(fits, key=left.__getitem__):
-        if left[fit] < HALF * left[base] or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0:
-            least.setdefault(fit.hypothesis, fit)
-    first = list(least.values())[:FOLLOWED_UP]
+    useful = (
+        fit
+        for fit in sorted(fits, key=left.__getitem__)
+        if left[fit] < HALF * left[base] or scoring.gain(fit.fitted_square, base.fitted_square).mean > 0
+    )
+    first = first_of_each(useful)[:FOLLOWED_UP]
     enough = (1 + MUCH) * left[first[0]] if first else 0.0
     if any(left[fit] <= enough for fit in chosen):
         return []
